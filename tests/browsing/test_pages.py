@@ -443,10 +443,11 @@ def test_a_map_is_drawn_as_cells_that_tell_their_level():
         style="map",
         pen=pen,
         y_error=None,
+        x_error=None,
         doubtful=None,
         runs=None,
     )
-    data = interactive._data(curve, 0.0)
+    data = interactive._data(curve, {"x": 0.0, "y": 0.0})
     assert (
         data["width"].tolist() == [1.0, 1.5, 2.0] * 2
         and data["height"].tolist() == [20.0] * 6

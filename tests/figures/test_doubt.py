@@ -133,6 +133,39 @@ def test_a_bar_ends_at_zero_and_small_errors_are_said_alone(grid):
     assert not drawn(plot).axes[0].collections
 
 
+def test_the_note_is_of_the_bars_that_are_drawn(tmp_path):
+    """Was: a share of the deepest flank, beside bars of a shallow one."""
+    data = made(30.0)
+    depth = data["max_wear_depth"].values.copy()
+    depth[-1] = [50e-6, 1e-6]
+    data["max_wear_depth"] = (("update", "flank"), depth, data["max_wear_depth"].attrs)
+    data["error_estimate_wear_depth"][-1] = 1.5e-6
+    store = Store(tmp_path / "store")
+    store.archive.create()
+    put(store, "0" * 32, data)
+    grid = store.open(Campaign((Case("base", "0" * 32),)))
+    asked = {"kind": "line", "y": "max_wear_depth", "hue": "flank"}
+    assert "up to 150 %." in plot_of(grid, **asked).notes[0]
+    deep = {**asked, "hue": None, "select": {"flank": "pinion"}}
+    assert "up to 3 %." in plot_of(grid, **deep).notes[0]
+
+
+def test_windows_draw_what_the_note_promises(grid):
+    """Was: hollow marks and bars that pages named and did not draw."""
+    interactive = pytest.importorskip("wearlab.browsing.interactive")
+    lines = plot_of(grid, kind="mesh-force", select={"torque": 30})
+    assert "Hollow coloured marks" in lines.notes[-1]
+    figure = interactive.drawn(lines)
+    handles = [handle for panel in figure.curves for handle in panel]
+    assert any("hollow" in handle.source.data for handle in handles)
+    marks = [mark for handle in handles for mark in handle.renderers]
+    fills = [getattr(mark.glyph, "fill_color", None) for mark in marks]
+    assert "white" in fills
+
+    ((points,),) = interactive.drawn(plot_of(grid, kind="cases")).curves[:1]
+    assert {"left", "right"} <= points.source.data.keys()
+
+
 @pytest.mark.parametrize("kind", ORDINARY)
 def test_every_kind_names_the_runs_in_doubt(grid, kind):
     wishes = {"y": "dynamic_factor"} if kind == "line" else {}

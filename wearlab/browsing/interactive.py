@@ -29,7 +29,7 @@ from bokeh.transform import linear_cmap
 
 from wearlab.arrays import Array
 from wearlab.browsing.frame import templates
-from wearlab.figures.doubt import smallest_visible_error
+from wearlab.figures.doubt import has_band, smallest_visible_error
 from wearlab.figures.plot import BESIDE, INK, WEAR, Curve, Panel, Plot
 from wearlab.figures.wording import SUPERSCRIPTS
 from wearlab.store.table import guarded
@@ -58,6 +58,8 @@ LINED = (
 THIN = ("hairline", "reference", "level", "dashed", "dash-dot")
 NARROWEST = 300  # pixels of a panel
 POWER = re.compile(r"\$10\^\{(-?\d+)\}\$")
+MARKS_ON_A_LINE = 9
+"""Hollow marks on a line in doubt."""
 MAX_CURVES = 8
 """Curves of a panel that are told one by one."""
 WIDE: Any = {"sizing_mode": "stretch_width"}
@@ -267,16 +269,19 @@ def _name_with_run(curve: Curve, name: str) -> str:
 
 def _columns(panel: Panel) -> list[dict[str, Any]]:
     """Return the columns of every curve of a panel, dates as Bokeh has them."""
-    ordinates = [curve.y for curve in panel.curves if len(curve.y)]
-    visible = smallest_visible_error(ordinates)
+    curves = [curve for curve in panel.curves if len(curve.y)]
+    visible = {
+        side: smallest_visible_error(getattr(curve, side) for curve in curves)
+        for side in "xy"
+    }
     scale = MILLISECONDS if panel.dates else 1.0
     return [{**_data(curve, visible), "x": scale * curve.x} for curve in panel.curves]
 
 
-def _data(curve: Curve, visible: float) -> dict[str, Any]:
+def _data(curve: Curve, visible: Mapping[str, float]) -> dict[str, Any]:
     """Return the columns of a curve: its points, and their errors, doubts and runs.
 
-    Errors below ``visible`` have no bars.
+    Errors along an axis below those of ``visible`` have no bars.
     """
     count = len(curve.x)
     data: dict[str, Any] = {"x": curve.x, "y": curve.y}
@@ -285,15 +290,30 @@ def _data(curve: Curve, visible: float) -> dict[str, Any]:
 
     error = curve.y_error
     if error is not None and len(error) == count and np.isfinite(error).any():
-        bar = np.where(error > visible, error, np.nan)
+        bar = np.where(error > visible["y"], error, np.nan)
         data |= {"y_error": error, "low": curve.y - bar, "high": curve.y + bar}
+    across = curve.x_error
+    if across is not None and len(across) == count and (across > visible["x"]).any():
+        bar = np.where(across > visible["x"], across, np.nan)
+        data |= {"left": curve.x - bar, "right": curve.x + bar}
     doubtful = curve.doubtful
     if doubtful is not None and len(doubtful) == count and doubtful.any():
         colour = curve.pen.colour
         data["fill"] = ["#ffffff" if doubt else colour for doubt in doubtful]
+        if curve.style not in POINTED:
+            data["hollow"] = _hollow(curve)
     if curve.runs is not None and len(curve.runs) == count and len(_runs(curve)) > 1:
         data["run"] = [str(run) for run in curve.runs]
     return data
+
+
+def _hollow(curve: Curve) -> Array:
+    """Return the ordinates of a line's hollow marks, some of its points in doubt."""
+    places = np.flatnonzero(np.asarray(curve.doubtful, bool) & np.isfinite(curve.y))
+    marked = places[:: max(1, len(places) // MARKS_ON_A_LINE)]
+    ordinates = np.full(len(curve.y), np.nan)
+    ordinates[marked] = curve.y[marked]
+    return ordinates
 
 
 def _cells(curve: Curve) -> dict[str, Array]:
@@ -343,9 +363,22 @@ def _curve(
         shown.append(_points(chart, curve, source))
     if is_beside(curve):
         return tuple(shown), []
-    if "low" not in source.data:
-        return tuple(shown), shown
-    return (*shown, _error_bars(chart, curve, source)), shown
+    beside = list(_errors_and_doubts(chart, curve, source))
+    return (*shown, *beside), shown
+
+
+def _errors_and_doubts(
+    chart: Any, curve: Curve, source: ColumnDataSource
+) -> Iterator[Any]:
+    """Draw the errors of a curve, and hollow marks on a line where it is in doubt."""
+    colour = curve.pen.colour
+    if "low" in source.data:
+        yield _error_bars(chart, curve, source)
+    if "left" in source.data:
+        yield chart.segment("left", "y", "right", "y", source=source, line_color=colour)
+    if "hollow" in source.data:
+        look = {"fill_color": "white", "line_color": colour, "size": 6}
+        yield chart.scatter("x", "hollow", source=source, marker="circle", **look)
 
 
 def _line(chart: Any, curve: Curve, source: ColumnDataSource) -> Any:
@@ -378,7 +411,7 @@ def _points(chart: Any, curve: Curve, source: ColumnDataSource) -> Any:
 def _error_bars(chart: Any, curve: Curve, source: ColumnDataSource) -> Any:
     """Draw the errors of a curve as bars, of a long line as a band."""
     colour = curve.pen.colour
-    if len(curve.x) > 60 and curve.style == "line":
+    if has_band(curve):
         return chart.varea(
             "x", "low", "high", source=source, fill_color=colour, fill_alpha=0.2
         )

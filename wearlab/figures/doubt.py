@@ -1,14 +1,14 @@
 """How far a run can be trusted: its estimated errors and its doubts, and their note."""
 
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
 
 from wearlab.arrays import Array
-from wearlab.figures.plot import Series
+from wearlab.figures.plot import Curve, Panel
 from wearlab.figures.wording import first_of
 
 FIRM = ("", "completed", "stopped")
@@ -17,6 +17,8 @@ what it lacks."""
 TRUSTED = "as usual"
 LOST = "contact lost"
 MAX_NAMED = 6
+MAX_BARS = 40
+"""Points of a line with a bar each; of more, errors are a band."""
 NUMBER = re.compile(r"\d+(?:\.\d+)?(?:e[+-]?\d+)?")
 AT_INSTANTS = (
     "dynamic_mesh_force",
@@ -167,45 +169,101 @@ def smallest_visible_error(values: Iterable[Array]) -> float:
     return 0.01 * float(np.ptp(finite) or np.abs(finite[0]))
 
 
-def note(runs: Sequence[Any], names: Iterable[str], series: Sequence[Series]) -> str:
+def note(runs: Sequence[Any], names: Iterable[str], panels: Sequence[Panel]) -> str:
     """Return the line that says how uncertain a figure is, "" where it says nothing.
 
     Parameters
     ----------
     runs : `wearlab.figures.runs.Run` of those that it shows
     names : the variables that it shows
-    series : their curves
+    panels : with the curves as they are drawn
     """
-    lines = [_errors_note(runs, names, series), _doubts_note(runs)]
+    lines = [_errors_note(runs, names, panels), _doubts_note(runs)]
     return " ".join(line for line in lines if line)
 
 
 def _errors_note(
-    runs: Sequence[Any], names: Iterable[str], series: Sequence[Series]
+    runs: Sequence[Any], names: Iterable[str], panels: Sequence[Panel]
 ) -> str:
     """Return the sentence on estimated errors, "" where there are none."""
-    relative = [_relative(run.data, name) for name in names for run in runs]
-    largest = max(relative, default=0.0)
+    drawn = list(_errors_of(panels))
+    seen = [error.share for error in drawn if error.is_visible]
+    if seen:
+        texts = []
+        if min(seen) < np.inf:
+            largest = max(share for share in seen if share < np.inf)
+            texts.append(f"up to {_percent(largest)} %")
+        if max(seen) == np.inf:
+            texts.append("more than what is near 0")
+        return f"Bars and bands: estimated numerical error, {', '.join(texts)}."
+    hidden = [error.share for error in drawn if error.share < np.inf]
+    of_runs = [_relative(run.data, name) for name in names for run in runs]
+    largest = max(hidden or of_runs, default=0.0)
     if not largest > 0.0:
         return ""
-    if _has_visible_error(series):
-        return (
-            f"Bars and bands: estimated numerical error, up to {_percent(largest)} %."
-        )
-    is_map = any(curve.level is not None for curve in series)
-    end = "" if is_map else ": too small to be seen"
+    end = ": too small to be seen" if hidden else ""
     return f"Estimated numerical error, up to {_percent(largest)} %{end}."
 
 
-def _has_visible_error(series: Sequence[Series]) -> bool:
-    """Say whether any error is large enough to be drawn."""
-    for side in "xy":
-        visible = smallest_visible_error(getattr(curve, side) for curve in series)
-        for curve in series:
-            error = getattr(curve, f"{side}_error")
-            if error is not None and np.nanmax(error, initial=0.0) > visible:
-                return True
-    return False
+class _CurveError(NamedTuple):
+    """Error of a point or of a run's line, and whether it is drawn.
+
+    Parameters
+    ----------
+    share : of the value, of a line the largest; infinite where that is next to nothing
+    is_visible : whether the error is large enough to be drawn
+    """
+
+    share: float
+    is_visible: bool
+
+
+def _errors_of(panels: Sequence[Panel]) -> Iterator[_CurveError]:
+    """Yield the errors of bars and bands of every curve."""
+    for panel in panels:
+        for side in "xy":
+            visible = smallest_visible_error(
+                getattr(curve, side) for curve in panel.curves
+            )
+            for curve in panel.curves:
+                error = getattr(curve, f"{side}_error")
+                if error is not None:
+                    values = np.abs(getattr(curve, side))
+                    groups = _groups_of_errors(curve)
+                    yield from _errors_by_group(values, error, groups, visible)
+
+
+def _groups_of_errors(curve: Curve) -> Array:
+    """Return numbers of the points that one error is told of: a run's band, a bar."""
+    count = len(curve.x)
+    if not has_band(curve):
+        return np.arange(count, dtype=float)
+    if curve.runs is None:
+        return np.zeros(count)
+    return np.unique(curve.runs, return_inverse=True)[1].astype(float)
+
+
+def has_band(curve: Curve) -> bool:
+    """Say whether errors of a curve are a band, not bars: of a long line.
+
+    Parameters
+    ----------
+    curve : as it is drawn
+    """
+    return curve.style == "line" and len(curve.x) > MAX_BARS
+
+
+def _errors_by_group(
+    values: Array, error: Array, groups: Array, visible: float
+) -> Iterator[_CurveError]:
+    """Yield the largest error of each group of points over its largest value."""
+    for group in np.unique(groups):
+        inside = groups == group
+        scale = float(np.nanmax(values[inside], initial=0.0))
+        largest = float(np.nanmax(error[inside], initial=0.0))
+        if largest > 0.0:
+            share = largest / scale if scale > visible else np.inf
+            yield _CurveError(share, largest > visible)
 
 
 def _doubts_note(runs: Sequence[Any]) -> str:

@@ -572,6 +572,8 @@ def labels(run: Run, dim: str, count: int) -> Sequence[wording.Label]:
     """
     if dim == "update" and len(run.states) == count:
         return run.states
+    if dim == "face" and "face_position" in run.data:
+        return _places_on_face(run)
     if dim not in run.data.coords:
         return [wording.place(dim, index, None) for index in range(count)]
 
@@ -584,6 +586,19 @@ def labels(run: Run, dim: str, count: int) -> Sequence[wording.Label]:
     values = wording.converted(variable.values, stored, units)
     rounded = [float(f"{value:.6g}") for value in values]
     return [wording.place(dim, value, units) for value in rounded]
+
+
+def _places_on_face(run: Run) -> list[wording.Label]:
+    """Return the labels of slices of a face: where they lie, from mid-face."""
+    variable = run.data["face_position"].variable
+    units = str(variable.attrs.get("display_units", "mm"))
+    stored = str(variable.attrs.get("units", "m"))
+    places = [
+        float(f"{value:.3g}")
+        for value in wording.converted(variable.values, stored, units)
+    ]
+    unit = wording.typeset(units)
+    return [wording.Label(at, f"face position {at:g} {unit}") for at in places]
 
 
 def companion(

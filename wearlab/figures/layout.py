@@ -27,6 +27,9 @@ WITHOUT_HUE = "#0072B2"
 """Colour of a curve that has no hue."""
 NOT_OURS = (*BESIDE, "published")
 
+HEADS = {"face": "position across the face"}
+"""What the numbers of a dimension tell, where its name does not say it."""
+
 Varied = Mapping[str, list[Label]]
 """Dimension → its labels in order, of those that have more than one."""
 AxisPowers = Mapping[tuple[str, Scale], int]
@@ -375,7 +378,7 @@ def compose(
     rows = sorted({panel.row for panel in panels})
     columns = sorted({panel.column for panel in panels})
 
-    head = key_text(grid_dims.get(hue) or hue) if hue else ""
+    head = key_text(grid_dims.get(hue) or HEADS.get(hue, hue)) if hue else ""
     bar = _bar_of_maps(series, hue, request, reach) or plot.bar_of(hues, hue, head)
     numbers, names = plot.numbers_and_names(hues)
     in_legend = hues if bar is None else names if numbers else []
@@ -475,9 +478,7 @@ def _title(layout: Layout, request: FigureRequest, kind: Kind) -> str:
     """Return the kind's title, and the places that were selected."""
     series = layout.series
     computed = next((s for s in series if s.style not in NOT_OURS), None)
-    selected = {
-        "update" if name in runs.STATE_COORDINATES else name for name in request.select
-    }
+    selected = {_dimension_selected(name) for name in request.select}
     key = {} if computed is None else computed.key
     fixed = [
         key[name].text for name in key if name in selected and name not in layout.varied
@@ -492,6 +493,13 @@ def _title(layout: Layout, request: FigureRequest, kind: Kind) -> str:
         label = kind.title
     label = axis_label(label or result_label(series[0]), "", 0)
     return ", ".join(dict.fromkeys([label, *fixed]))
+
+
+def _dimension_selected(name: str) -> str:
+    """Return the dimension along which a name of ``select`` chooses places."""
+    if name in runs.STATE_COORDINATES:
+        return "update"
+    return "face" if name == runs.FACE_COORDINATE else name
 
 
 def _cells(layout: Layout, request: FigureRequest) -> dict[Cell, tuple[int, int]]:

@@ -6,7 +6,7 @@ import xarray as xr
 
 from wearlab.figures import doubt, wording
 from wearlab.figures.kind import FigureRequest, Kind, Run
-from wearlab.figures.plot import Series, apart_from, grouped
+from wearlab.figures.plot import Panel, Series, apart_from, grouped
 from wearlab.figures.runs import BASE
 
 THINNED = {
@@ -66,7 +66,7 @@ def _cases_left_out(grid: xr.Dataset, request: FigureRequest, kind: Kind) -> lis
 
 
 def uncertainty(
-    runs: Sequence[Run], request: FigureRequest, kind: Kind, series: Sequence[Series]
+    runs: Sequence[Run], request: FigureRequest, kind: Kind, panels: Sequence[Panel]
 ) -> str:
     """Return the line that says how uncertain a figure is, "" where it says nothing.
 
@@ -75,7 +75,7 @@ def uncertainty(
     runs : that the figure shows
     request : what it asks for
     kind : of the figure
-    series : curves as they are drawn
+    panels : with the curves as they are drawn
     """
     variables = [kind.y] if kind.y else [*kind.needs, *kind.also]
-    return doubt.note(runs, request.y or variables, series)
+    return doubt.note(runs, request.y or variables, panels)

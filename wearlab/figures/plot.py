@@ -400,6 +400,8 @@ MARKERS = ("o", "s", "^", "D", "v", "P", "X")
 DASHES = ("-", "--", "-.", ":")
 
 
+NUMERAL = re.compile(r"(?:[a-z ]* )?[-+]?[\d.,]+(?:e[-+]?\d+)?\s*(.*)")
+"""A number as labels tell it: perhaps words, and its unit."""
 MAX_NAMES = 16
 BY_NAME = ("quantity", "harmonic", "pair", "mode", "influence", "variable")
 
@@ -466,7 +468,7 @@ def bar_of(labels: Sequence[Label], facet: str | None, head: str = "") -> Bar | 
     logarithmic = low > 0.0 and high > 50.0 * low
     if facet == "update":
         return Bar("wear cycles", low, high, WEAR, logarithmic)
-    numeral = re.fullmatch(r"[-+]?[\d.,]+(?:e[-+]?\d+)?\s*(.*)", numbers[-1].text)
+    numeral = NUMERAL.fullmatch(numbers[-1].text)
     unit = f" ({numeral[1]})" if numeral and numeral[1] else ""
     return Bar(
         f"{head or facet.replace('_', ' ')}{unit}", low, high, SWEEP, logarithmic

@@ -75,13 +75,15 @@ def plotted(grid: xr.Dataset, request: FigureRequest) -> PlottedFigure:
     curves = series_of_runs.curves_of(runs, request, kind)
     omitted = notes.omissions(grid, request, kind, runs, curves)
     series, of_series = series_of_runs.arranged(curves, grid, request, kind)
-    doubts = notes.uncertainty(runs, request, kind, series)
 
     absent = f"Not drawn: {'; '.join(missing)}." if missing else ""
     series, of_points = series_of_runs.with_published(series, request, kind, grid)
     lines = [request.note, absent, *of_defaults, *of_runs, *omitted, *of_series]
-    lines += [*of_points, doubts]
+    lines += of_points
 
     dims = series_of_runs.keys_of_dimensions(grid)
     plot = layout.compose(series, request, kind, dims, [text for text in lines if text])
+    doubts = notes.uncertainty(runs, request, kind, plot.panels)
+    if doubts:
+        plot = plot._replace(notes=(*plot.notes, doubts))
     return PlottedFigure(plot, runs, tuple(missing))

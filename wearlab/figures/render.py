@@ -58,6 +58,8 @@ HEIGHTS = {
 NOTE = 7.5 / 9.0
 MARK = 8.0 / 9.0
 END_TEXT = "end-text"  # what is written beside curves
+MAX_SQUEEZE = 3.0
+"""Of an abscissa for all panels, over that of the narrowest."""
 AREA_ALPHA = 0.25
 STEPS: dict[str, Any] = {"steps": [1, 2, 2.5, 5, 10]}
 GREY_TEXT: dict[str, Any] = {"color": "#555555"}
@@ -510,14 +512,16 @@ def _name_ranks(ax: "Axes", panel: Panel, letters: float) -> None:
 
 
 def _have_similar_spans(panels: Sequence[Panel]) -> bool:
-    """Say whether no panel would be squeezed by the abscissa of another."""
+    """Say whether no panel would be squeezed by an abscissa for all of them."""
     spans = []
+    ends: list[float] = []
     for panel in panels:
-        abscissae = [curve.x[np.isfinite(curve.x)] for curve in panel.curves]
-        span = max((float(np.ptp(x)) for x in abscissae if len(x)), default=0.0)
-        if span > 0.0:
-            spans.append(span)
-    return not spans or max(spans) <= 3.0 * min(spans)
+        abscissae = np.concatenate([curve.x for curve in panel.curves] or [np.zeros(0)])
+        finite = abscissae[np.isfinite(abscissae)]
+        if len(finite) and np.ptp(finite) > 0.0:
+            spans.append(float(np.ptp(finite)))
+            ends += [float(finite.min()), float(finite.max())]
+    return not spans or max(ends) - min(ends) <= MAX_SQUEEZE * min(spans)
 
 
 def _hours_on_top(ax: "Axes", panel: Panel, *, first: bool) -> None:
@@ -676,7 +680,7 @@ def _part_levels(ax: "Axes") -> None:
 def _errors(ax: "Axes", curve: Curve, visible: Mapping[str, float]) -> None:
     """Draw the errors of a curve as bars, of a long line as a band."""
     colour = curve.pen.colour
-    is_long = curve.style == "line" and len(curve.x) > 40
+    is_long = doubt.has_band(curve)
     x_error = _ends(curve.x, curve.x_error, visible["x"])
     y_error = _ends(curve.y, curve.y_error, visible["y"])
     if is_long and y_error is not None:

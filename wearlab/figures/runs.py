@@ -15,9 +15,10 @@ from wearlab.figures.kind import FigureError, FigureRequest, LifeEnd, Run
 from wearlab.figures.wording import Label, converted, cycles, place
 from wearlab.query.evaluate import index_of_quantity
 from wearlab.store.grid import key_text, own_values
-from wearlab.units import is_number
+from wearlab.units import UnitError, convert, is_number, split
 
 STATE_COORDINATES = ("cycle", "mesh_cycles")
+FACE_COORDINATE = "face_position"
 BASE = "base"
 COUNT = "n_updates"
 END_REASON = "end_reason"
@@ -33,6 +34,7 @@ COORDINATES = (
     "roll_angle",
     "distance_to_pitch_circle",
     "characteristic_point",
+    "face_position",
     "phase",
     "contact_ratio",
     "max_wear_depth",
@@ -97,8 +99,8 @@ def narrow(data: xr.Dataset, request: FigureRequest, grid_dims: set[str]) -> xr.
     """Return the run with only the selected places of its own dimensions.
 
     ``update`` counts from 0 (−1 is the last); ``cycle`` and ``mesh_cycles`` take the
-    nearest wear state; other dimensions go by label, or by position where they have
-    none.
+    nearest wear state, ``face_position`` the nearest slice [mm]; other dimensions go by
+    label, or by position where they have none.
 
     Parameters
     ----------
@@ -118,6 +120,10 @@ def narrow(data: xr.Dataset, request: FigureRequest, grid_dims: set[str]) -> xr.
             if "update" in data.dims:
                 states = _states(_listed(selected), data, key, request)
                 data = data.isel(update=states)
+        elif key == FACE_COORDINATE and key in data.variables:
+            if "face" in data.dims:
+                slices = _slices_of_face(_listed(selected), data, request)
+                data = data.isel(face=slices)
         elif key in data.dims:
             places = data[key]  # counted from 0 where it has no coordinate
             units = places.attrs.get("units")
@@ -125,11 +131,37 @@ def narrow(data: xr.Dataset, request: FigureRequest, grid_dims: set[str]) -> xr.
             indices = index_of(selected, values, key, request.name, units)
             data = data.isel({key: indices})
         elif key not in schema.DIMENSIONS:
-            valid = sorted({*grid_dims, *map(str, data.dims), *STATE_COORDINATES})
+            own = (*map(str, data.dims), *STATE_COORDINATES, FACE_COORDINATE)
+            valid = sorted({*grid_dims, *own})
             raise request.error(
                 f"select.{key}: no such dimension; {nearest.choices(key, valid)}"
             )
     return data
+
+
+def _slices_of_face(
+    selected: list[Any], data: xr.Dataset, request: FigureRequest
+) -> list[int]:
+    """Return the slices of a face that are nearest to places from mid-face."""
+    places = data[FACE_COORDINATE].values
+    slices = []
+    for place_text in selected:
+        try:
+            at = _metres(place_text)
+        except UnitError as error:
+            raise request.error(
+                f"select.{FACE_COORDINATE} = {place_text!r}: {error}; such as '5 mm'"
+            ) from None
+        slices.append(int(np.argmin(np.abs(places - at))))
+    return list(dict.fromkeys(slices))
+
+
+def _metres(selected: Any) -> float:
+    """Return a place on the face, a number in millimetres or with its unit, in SI."""
+    if is_number(selected):
+        return 1e-3 * float(selected)
+    number, unit = split(str(selected))
+    return float(convert(float(number), unit or "mm", "m"))
 
 
 def _states(

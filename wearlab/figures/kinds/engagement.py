@@ -31,6 +31,8 @@ QUANTITIES = (
 )
 ENGAGED = ("phase", "contact_ratio", "mesh_phase_offset")
 """What a figure of an engagement needs of a run."""
+POINTS = "ABCDE"
+"""Of the path of contact: begin, one pair alone from B to D around C, end."""
 MAPS = (("cols", "update"), ("cols", "*"), ("rows", "flank"), ("rows", "*"))
 
 
@@ -68,17 +70,54 @@ def _positions(run: Run, piece: Slice, request: FigureRequest) -> tuple[Array, S
 
 def _marks(run: Run, x: np.ndarray, place: Mapping[str, int]) -> tuple[Mark, ...]:
     """Return the characteristic points A–E of a flank at their abscissae."""
+    places = _points_at_nodes(run, x, place)
+    if {"A", "D"} <= places.keys() and len(places) < len(POINTS):
+        places = _points_between_nodes(run, x, place) or places
+    return tuple(Mark(abscissa, letter) for letter, abscissa in places.items())
+
+
+def _points_at_nodes(
+    run: Run, x: np.ndarray, place: Mapping[str, int]
+) -> dict[str, float]:
+    """Return the abscissae of those points A–E that are nodes."""
     if "characteristic_point" not in run.data:
-        return ()
+        return {}
     points = run.data["characteristic_point"]
     index = {dim: place[str(dim)] for dim in points.dims if dim in place}
     letters = points.isel(index).values
+    return {
+        str(letter): float(abscissa)
+        for letter, abscissa in zip(letters, x, strict=True)
+        if letter
+    }
 
-    places = {}
-    for letter, abscissa in zip(letters, x, strict=True):
-        if letter:
-            places[str(letter)] = float(abscissa)
-    return tuple(Mark(abscissa, letter) for letter, abscissa in places.items())
+
+def _points_between_nodes(
+    run: Run, x: np.ndarray, place: Mapping[str, int]
+) -> dict[str, float]:
+    """Return the abscissae of A–E where nodes are as even as flanks with a face need.
+
+    A is a node there, and D, a base pitch from it; E is a contact ratio of pitches
+    away, B a pitch before E, C the pitch point at 0. None where meshes have several
+    contact ratios.
+    """
+    ratios = set(run.data["contact_ratio"].values.ravel().tolist())
+    if len(ratios) != 1 or "path_position" not in run.data:
+        return {}
+    path = run.data["path_position"].variable
+    index = {dim: place[str(dim)] for dim in path.dims if dim in place}
+    position = path.isel(index).values
+    if position.shape != np.shape(x):
+        return {}
+
+    at_nodes = _points_at_nodes(run, position, place)
+    begin = at_nodes["A"]
+    pitch = at_nodes["D"] - begin
+    end = begin + ratios.pop() * pitch
+    positions = (begin, end - pitch, 0.0, begin + pitch, end)
+    order = np.argsort(position)
+    abscissae = np.interp(positions, position[order], np.asarray(x)[order])
+    return dict(zip(POINTS, abscissae.tolist(), strict=True))
 
 
 @kind(
@@ -144,7 +183,7 @@ def _engagement_marks(
     position = run.data["path_position"].values
     flank = _leading_flank(run, index.get("mesh", 0))
     path = position[flank] if position.ndim > 1 else position
-    places = {mark.text: mark.x for mark in _marks(run, path, {"flank": flank})}
+    places = _points_at_nodes(run, path, {"flank": flank})
     if not {"A", "E"} <= set(places):
         return ()
     begin = places["A"]

@@ -29,7 +29,6 @@ from wearlab.figures.plot import (
     apart_from,
     flat,
     grouped,
-    without,
 )
 from wearlab.figures.wording import Label, ordinal, typeset
 
@@ -103,10 +102,12 @@ def mesh_force(run: Run, request: FigureRequest) -> Iterator[Series]:
         )
 
     if name == "dynamic_mesh_force" and "static_mesh_force" in run.data:
-        forces, _ = shown(run.data["static_mesh_force"], name, request)
-        x, y = flat((0.0, float(periods)), float(forces.ravel()[0]))
-        style: LineStyle = "reference"
-        yield Series(run.place, x, y, PERIODS, piece.scale, style, "static force")
+        units = {**request.units, "static_mesh_force": piece.scale.units}
+        asked = replace(request, units=units)
+        for static in slices(run, "static_mesh_force", asked):
+            x, y = flat((0.0, float(periods)), float(static.values))
+            style: LineStyle = "reference"
+            yield Series(static.key, x, y, PERIODS, piece.scale, style, "static force")
 
 
 @kind(
@@ -208,7 +209,7 @@ def response_curve(run: Run, request: FigureRequest) -> Iterator[Series]:
         for speed in filter(np.isfinite, jumps.get(direction, ())):
             line_y, line_x = flat(ends, speed)
             yield Series(
-                key=without(curve.key, "direction"),
+                key=curve.key,
                 x=line_x,
                 y=line_y,
                 x_scale=curve.x_scale,
