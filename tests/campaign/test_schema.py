@@ -142,6 +142,9 @@ def test_every_dimensional_option_is_known_to_this_test():
     }
     assert measured - DIMENSIONAL <= {
         "hours",
+        "volume",
+        "usable_tip_diameter",
+        "tip_chamfer",
         "tooth_thickness_allowance",
         "upper",
         "lower",
