@@ -1,11 +1,12 @@
 """A scene becomes physics, stage by stage."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from wearlab.assembly import errors, mesh, sets
+from wearlab.assembly import errors, mesh, planets, sets
 from wearlab.assembly.coupling import joined_kinds
 from wearlab.assembly.gear_model import GearModel
 from wearlab.assembly.kinds import build_kind
@@ -43,6 +44,12 @@ def build(
         build_kind(scene, gears, kind, analysis)
         for kind, analysis in zip(gears.kinds, analyses, strict=True)
     )
+    apart = planets.planets_differ(scene, gears)
+    if apart:
+        kinds = tuple(kinds[mesh.kind] for mesh in meshes)
+        analyses = tuple(kind.analysis for kind in kinds)
+        meshes = tuple(mesh._replace(kind=i) for i, mesh in enumerate(meshes))
+        gears = gears.with_planets_apart()
     on_clock = OnClock(analyses, meshes, edges)
     joined = tuple(joined_kinds(scene, gears, kinds, on_clock))
     join: Any = FaceCoupling if scene.face_keys else Coupling
@@ -50,9 +57,12 @@ def build(
     if scene.dynamics is not None:
         stiffness = np.array([unworn_stiffness(kind) for kind in joined])
         vibration = build_vibration(scene, gears, on_clock, stiffness)
-    return GearModel(
-        scene, gears, kinds, meshes, edges, join(joined, vibration, build_load(scene))
-    )
+    coupling = join(joined, vibration, build_load(scene))
+    if apart:
+        system = None if vibration is None else vibration.system
+        joint = planets.planets_apart(scene, gears, meshes, system)
+        coupling = replace(coupling, planets=joint)
+    return GearModel(scene, gears, kinds, meshes, edges, coupling)
 
 
 def unworn_stiffness(kind: MeshKind | FaceKind) -> tuple[float, float]:

@@ -1,10 +1,12 @@
 """``[errors]`` → meshes on their clock, each with its errors."""
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
+from wearlab.arrays import Array
 from wearlab.gears import iso
 from wearlab.mesh import (
     clock,
@@ -99,6 +101,52 @@ def class_flags(scene: Scene, gears: gear_set.GearSet) -> tuple[str, ...]:
         "drawn by errors.seed"
         for name, error in allowed.items()
     )
+
+
+def differ(scene: Scene, gears: gear_set.GearSet) -> bool:
+    """Return whether errors load the planets of a set differently for good.
+
+    Errors of planets and of pins do, and harmonics of one of several meshes; errors of
+    sun and ring come to all planets alike as they turn, not where one angle is frozen.
+
+    Parameters
+    ----------
+    scene, gears : the scene and its gear set
+    """
+    random = np.random.default_rng(0)
+    of_planets = harmonics.realised(_member(scene, gears, "planet"), random)
+    if of_planets.slow or of_planets.mesh:
+        return True
+    if any(_pins(scene, gears.angles, random)):
+        return True
+    if any(harmonic.mesh[-1].isdigit() for harmonic in scene.prescribed.harmonic):
+        return True
+    others = (
+        harmonics.realised(_member(scene, gears, name), random)
+        for name in ("sun", "ring")
+    )
+    frozen = scene.prescribed.slow.realised
+    return frozen and any(member.slow for member in others)
+
+
+def at_angles(
+    scene: Scene, gears: gear_set.GearSet, meshes: Sequence[clock.Mesh]
+) -> Array:
+    """Return the slow errors by which planets share a static load, (n_angles, n_mesh).
+
+    At the drawn angle where it is frozen, else at equally weighted ones [m].
+
+    Parameters
+    ----------
+    scene, gears : the scene and its gear set
+    meshes : with their errors
+    """
+    errors = gears.slow_errors(meshes)
+    if errors is None:
+        return np.zeros((1, len(meshes)))
+    if scene.prescribed.slow.realised:
+        return scene.prescribed.slow.constant(meshes)[None]
+    return errors
 
 
 def _harmonics(scene: Scene, mesh: str) -> tuple[tuple[int, float, float], ...]:

@@ -24,18 +24,31 @@ def build_load(scene: Scene) -> loads.LoadModel:
 
 
 def flank_entries(
-    flank: str | None, gears: gear_set.GearSet, coupling: coupled.Coupled
-) -> slice:
+    flank: str | None,
+    gears: gear_set.GearSet,
+    coupling: coupled.Coupled,
+    planet: int | None = None,
+) -> limits.Flanks:
     """Return where a flank's depths lie in the flat state.
 
-    All of them when no flank is named.
+    All of them when no flank is named. Planets that are apart have their own, all of
+    which count.
 
     Parameters
     ----------
     flank : its name, None of all
     gears, coupling : the gear set and its physics
+    planet : number of the planet whose flank counts alone, from 1; None: of all
     """
-    return slice(None) if flank is None else coupling.entries(*gears.flank(flank))
+    if flank is None:
+        return slice(None)
+    places = gears.places_of(flank)
+    if planet is not None:
+        places = [places[planet - 1]]
+    if len(places) == 1:
+        return coupling.entries(*places[0])
+    entries = [coupling.entries(*place) for place in places]
+    return np.concatenate([np.arange(one.start, one.stop) for one in entries])
 
 
 def build_limits(

@@ -553,11 +553,10 @@ def meshing(motion: models.InMotion, rigid: RigidSet) -> dict[str, Meshing]:
     rigid : its members
     """
     masses = effective_masses(rigid)
-    stiffness_of_kinds = motion.stiffness[:: len(motion.stiffness) // 2]
     result = {}
-    for kind, options, stiffness in zip(
-        motion.gears.kinds, motion.meshes, stiffness_of_kinds, strict=True
-    ):
+    for number, kind in enumerate(motion.gears.kinds):
+        options = motion.meshes[number]
+        stiffness = motion.stiffness[motion.gears.mesh_kinds.index(number)]
         mass = masses[kind.section]
         result[kind.section] = meshing_of(options, float(stiffness), mass)
     return result

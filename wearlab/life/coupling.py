@@ -5,7 +5,7 @@ turn in `wearlab.life.duty_coupling`.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
 
@@ -23,7 +23,8 @@ from wearlab.life.coupled import (
     WearState,
 )
 from wearlab.life.loads.static import static_forces
-from wearlab.mesh import clock, excitation, stiffness
+from wearlab.life.planets import PlanetsApart
+from wearlab.mesh import clock, contact, excitation, stiffness
 from wearlab.mesh.force import Deflections, flank_forces
 from wearlab.wear.law import PreparedLaw, wear_rate
 
@@ -37,7 +38,14 @@ then."""
 
 @dataclass(frozen=True)
 class Coupling(OneCondition):
-    """Contact, dynamics and wear of a gear set, joined."""
+    """Contact, dynamics and wear of a gear set, joined.
+
+    Parameters
+    ----------
+    planets : that differ, each mesh of its own kind; None: planets are alike
+    """
+
+    planets: PlanetsApart | None = field(default=None, kw_only=True)
 
     def evaluate(
         self, wear: Wear, start: Responses | None = None, near: WearState | None = None
@@ -62,22 +70,27 @@ class Coupling(OneCondition):
                 flanks.analysis.quasistatic(flanks.nodes, flanks.analysis.at_nodes)
                 for flanks in worn
             ]
+            at_rest = static
+            if self.planets is not None and not (
+                self.load.moving and self.vibration is not None
+            ):
+                at_rest = self.planets.static(worn, static)
         self.account.counts["contact_analyses"] += 1
         with self.account.timed("dynamics"):
             responses = self._respond(worn, start)
             forces = [
                 self._forces(kind, flanks, responses)
                 if responses
-                else static_forces(flanks, state)
-                for kind, flanks, state in zip(self.kinds, worn, static, strict=True)
+                else self._static_forces(flanks, state)
+                for kind, flanks, state in zip(self.kinds, worn, at_rest, strict=True)
             ]
         states = []
         noises = [0.0]
         with self.account.timed("wear"):
-            for depth, flanks, state, kind, force in zip(
-                wear, worn, static, self.kinds, forces, strict=True
+            for depth, flanks, state, shared, kind, force in zip(
+                wear, worn, static, at_rest, self.kinds, forces, strict=True
             ):
-                tooth_force = self.load.at_nodes(flanks, state, force)
+                tooth_force = self.load.at_nodes(flanks, shared, force)
                 kind_state = KindState(
                     depth, flanks, state, force.weight, force.drive, tooth_force, None
                 )
@@ -92,7 +105,18 @@ class Coupling(OneCondition):
                         rate_of = partial(self._rate_of, kind.law, kind_state, force)
                         noises.append(scatter(rate_of, len(kind.meshes), force.periods))
                 states.append(kind_state)
+            if self.planets is not None:
+                states = self.planets.worn_together(states)
         return WearState(tuple(states), responses, max(noises))
+
+    def _static_forces(
+        self, flanks: excitation.MeshFlanks, static: contact.Quasistatic
+    ) -> loads.Forces:
+        """Return the static forces of a kind of mesh, as its planets share them."""
+        forces = static_forces(flanks, static)
+        if self.planets is None:
+            return forces
+        return forces._replace(drive=static.force.sum(axis=-1)[None])
 
     @property
     def shared(self) -> tuple[Any, ...]:

@@ -268,7 +268,7 @@ class _KeptStates:
 def worn(
     rate: limits.Rate,
     initial: ArrayLike,
-    flanks: Mapping[str, tuple[slice, float]],
+    flanks: Mapping[str, tuple[limits.Flanks, float]],
     **bounds: Any,
 ) -> Array:
     """Return the depths after wear by the law to a depth of each named flank, (n,) [m].

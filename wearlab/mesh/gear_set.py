@@ -136,7 +136,46 @@ class GearSet(NamedTuple):
     @property
     def shares(self) -> bool:
         """Whether several meshes of a kind share the load."""
-        return len(self.mesh_kinds) > len(self.kinds)
+        return len(self.mesh_kinds) > len(self.sections)
+
+    @property
+    def sections(self) -> tuple[str, ...]:
+        """Names of the meshes that are made alike, each once."""
+        return tuple(dict.fromkeys(kind.section for kind in self.kinds))
+
+    @property
+    def planets_are_apart(self) -> bool:
+        """Whether every planet has flanks of its own: each mesh is of its own kind."""
+        return len(self.kinds) > len(self.sections)
+
+    def with_planets_apart(self) -> "GearSet":
+        """Return the set whose meshes are each of their own kind, in their order."""
+        kinds = tuple(self.kinds[kind] for kind in self.mesh_kinds)
+        return self._replace(kinds=kinds, mesh_kinds=tuple(range(len(kinds))))
+
+    def planet_of(self, kind: int) -> int:
+        """Return the number of the planet, from 0, of a kind of mesh of planets apart.
+
+        Parameters
+        ----------
+        kind : number of the kind of mesh
+        """
+        return kind % len(self.angles)
+
+    def places_of(self, name: str) -> list[tuple[int, int]]:
+        """Return kind of mesh and gear of a flank, of planets apart wherever it is.
+
+        The flanks of sun and ring meet all planets: they are in all of these kinds.
+
+        Parameters
+        ----------
+        name : of the flank
+        """
+        return [
+            (kind, pair.flanks.index(name))
+            for kind, pair in enumerate(self.kinds)
+            if name in pair.flanks
+        ]
 
     def flank(self, name: str) -> tuple[int, int]:
         """Return the kind of mesh and the gear (0 driving, 1 driven) of a flank."""
@@ -185,7 +224,10 @@ class GearSet(NamedTuple):
         """Torque from which the loads follow, on the driving gear or sun [N·m]."""
         first = self.kinds[0]
         base_radius = first.pair.gears[first.loaded].base_radius
-        return first.load * self.mesh_kinds.count(0) * base_radius
+        count = sum(
+            self.kinds[kind].section == first.section for kind in self.mesh_kinds
+        )
+        return first.load * count * base_radius
 
     def slow_errors(self, meshes: Sequence[clock.Mesh]) -> Array | None:
         """Return the slow errors of meshes at equally weighted angles of the members.
@@ -202,6 +244,24 @@ class GearSet(NamedTuple):
             return None
         turns = harmonics.quadrature(gear.teeth for gear in self.gears.values())
         return np.stack([mesh.error.slow_at(turns) for mesh in meshes], axis=1)
+
+    def columns_at(self, kind: int, gear: str) -> list[int]:
+        """Return the numbers of the members that a gear of a kind of mesh stands for.
+
+        Of planets apart it is one of them; sun and ring are counted at the first.
+
+        Parameters
+        ----------
+        kind : number of the kind of mesh
+        gear : name of the gear
+        """
+        columns = self.columns_of(gear)
+        if not self.planets_are_apart:
+            return columns
+        planet = self.planet_of(kind)
+        if len(columns) > 1:
+            return [columns[planet]]
+        return columns if planet == 0 else []
 
     def columns_of(self, gear: str) -> list[int]:
         """Return the numbers of the members that are a gear: all for "planet"."""

@@ -309,6 +309,29 @@ def _initial(scene: sections.Sections, initial: Any) -> Problems:
             and wear.coefficient is None
         ):
             yield f"wear.initial.{flank}.shape", lawless
+        elif wear_of_flank is not None and wear_of_flank.planet is not None:
+            yield from _one_planet(scene, flank, wear_of_flank)
+
+
+def _one_planet(scene: sections.Sections, flank: str, initial: Any) -> Problems:
+    """Wear of one planet is that of a planet's flank, and there is such a planet."""
+    path = f"wear.initial.{flank}.planet"
+    planets = getattr(scene.gears, "planets", 0)
+    if not flank.startswith("planet"):
+        yield path, f"{flank} is no flank of a planet: leave it out"
+    elif initial.planet > planets:
+        yield path, f"there are planets 1 to {planets}, no planet {initial.planet}"
+    elif initial.thins_teeth:
+        problem = "of one planet: give sides = 'drive', or leave planet out"
+        yield f"wear.initial.{flank}.sides", f"'both' thins teeth of all, not {problem}"
+    elif scene.face_keys:
+        yield (
+            path,
+            (
+                f"planets of flanks with a width are alike: leave it out, or "
+                f"{' and '.join(scene.face_keys)}"
+            ),
+        )
 
 
 def _needs(scene: sections.Sections, wear: Any) -> Problems:

@@ -25,6 +25,8 @@ class StartWear(NamedTuple):
     depth : flank → (n,) wear depth there [m]
     estimate : error of the parent's wear depth at that cycle, as the parent estimates
         it [m]; NaN: unknown
+    planet_depth : flank → (n_planets, n) wear depth of every planet there, of planets
+        that differ; None: they are alike [m]
     """
 
     cycle: float
@@ -33,6 +35,7 @@ class StartWear(NamedTuple):
     position: dict[str, tuple[float, ...]]
     depth: dict[str, tuple[float, ...]]
     estimate: float = 0.0
+    planet_depth: dict[str, tuple[tuple[float, ...], ...]] | None = None
 
 
 def _identity(text: str) -> str:

@@ -4,7 +4,7 @@ import numpy as np
 
 from wearlab import assembly
 from wearlab.arrays import Array
-from wearlab.life import coupled, history
+from wearlab.life import coupled, history, limits
 from wearlab.scene import Scene
 from wearlab.scene.start import is_replaced
 from wearlab.simulation import label
@@ -30,7 +30,7 @@ def initial_wear(
     if scene.start is not None:
         return continued_wear(scene, parts)
     wear = parts.coupling.unworn()
-    by_law: dict[str, tuple[slice, float]] = {}
+    by_law: dict[str, tuple[limits.Flanks, float]] = {}
     for name in parts.gears.flanks:
         flank = None if scene.wear is None else scene.wear.initial_of(name)
         if flank is None:
@@ -39,9 +39,17 @@ def initial_wear(
         pair = parts.kinds[kind].pair
         position = parts.kinds[kind].analysis.grid.position
         if flank.by_law:
-            by_law[name] = parts.coupling.entries(kind, gear), flank.depth
+            entries = assembly.life.flank_entries(
+                name, parts.gears, parts.coupling, flank.planet
+            )
+            by_law[name] = entries, flank.depth
         elif parts.face is None:
-            wear[kind][gear] = flank.at_nodes(pair, gear, position)
+            depth = flank.at_nodes(pair, gear, position)
+            places = parts.gears.places_of(name)
+            if flank.planet is not None:
+                places = [places[flank.planet - 1]]
+            for place in places:
+                wear[place[0]][place[1]] = depth
         else:
             slices = parts.face.kinds[kind].contact.grid.position
             sliced = assembly.face.sliced_flank(
@@ -105,13 +113,15 @@ def continued_wear(scene: Scene, parts: assembly.GearModel) -> coupled.Wear:
                 f"the {scene.operation.drive_flank} ones: they are new; leave [start] "
                 "out"
             )
-        kind, gear = parts.gears.flank(name)
-        position = parts.kinds[kind].analysis.grid.position
-        wear[kind][gear] = moved(
-            np.array(start_wear.position[name]),
-            np.array(start_wear.depth[name]),
-            position,
-        )
+        places = parts.gears.places_of(name)
+        of_planets = (start_wear.planet_depth or {}).get(name)
+        depths = of_planets or [start_wear.depth[name]] * len(places)
+        for (kind, gear), depth in zip(places, depths, strict=True):
+            wear[kind][gear] = moved(
+                np.array(start_wear.position[name]),
+                np.array(depth),
+                parts.kinds[kind].analysis.grid.position,
+            )
     return wear
 
 

@@ -334,13 +334,26 @@ def start_wear(parent: "xr.Dataset", start: "Start") -> StartWear:
     depths_of_flank = {
         flank: tuple(depth[i][is_known[i]].tolist()) for i, flank in enumerate(flanks)
     }
+    of_planets = {
+        flank: tuple(tuple(row[is_known[i]].tolist()) for row in of_flank)
+        for i, (flank, of_flank) in enumerate(
+            zip(flanks, _planets_at(parent, cycle, depth), strict=True)
+        )
+        if len(of_flank) and np.isfinite(of_flank[:, is_known[i]]).all()
+    }
     parent_error = (
         np.interp(cycle, parent["cycle"].values, parent[ERROR].values)
         if ERROR in parent
         else np.nan
     )
     return StartWear(
-        cycle, error, side_of_flank, positions, depths_of_flank, float(parent_error)
+        cycle,
+        error,
+        side_of_flank,
+        positions,
+        depths_of_flank,
+        float(parent_error),
+        of_planets or None,
     )
 
 
@@ -369,6 +382,34 @@ def _cycle(parent: "xr.Dataset", start: "Start", name: str) -> float:
             f"{name} ends at cycle {last:.6g}: it has no wear at cycle {cycle:.6g}"
         )
     return min(cycle, last)
+
+
+def _planets_at(parent: "xr.Dataset", cycle: float, mean: Array) -> Array:
+    """Return the depths of every planet at a cycle, (flank, planet, profile) [m].
+
+    Between stored states by how much they differ from the mean, linearly; none where
+    planets are alike.
+
+    Parameters
+    ----------
+    parent : the run
+    cycle : at which
+    mean : (flank, profile) of the mean planet there [m]
+    """
+    if "planet_wear_depth" not in parent:
+        return np.empty((len(mean), 0, mean.shape[1]))
+    order = ("flank", "planet", "profile", "update")
+    of_planets = parent["planet_wear_depth"]
+    cycles = np.asarray(parent["cycle"].values, float)
+    share = np.interp(cycle, cycles, np.arange(len(cycles), dtype=float))
+    low = int(share)
+    high = min(low + 1, len(cycles) - 1)
+    part = share - low
+    if part == 0.0:
+        return np.asarray(of_planets.transpose(*order).values[..., low], float)
+    beyond = (of_planets - parent["wear_depth"]).transpose(*order).values
+    between = (1.0 - part) * beyond[..., low] + part * beyond[..., high]
+    return np.maximum(0.0, mean[:, None, :] + between)
 
 
 def _at(parent: "xr.Dataset", cycle: float) -> tuple[Array, float]:

@@ -107,6 +107,7 @@ def _coordinates(finished: FinishedLife) -> dict[str, Any]:
     return {
         "cycle": history.cycle,
         **coordinates.coordinates(finished.stages[0].first),
+        **planets.planet_numbers(finished.stages[0].first),
         **conditions.condition_coordinates(finished.scene, history),
     }
 
@@ -143,7 +144,9 @@ def _with_remarks(
                 f"contact lost for {100.0 * share:.2g} % of the time: outside what the "
                 "damping is known for; teeth strike when they meet again"
             )
+    dataset = planets.told_of_the_mean(dataset)
     remarks += planets.overload_flags(dataset)
+    remarks += planets.wear_flags(finished.stages[0].first, dataset)
     remarks += rating.rating_flags(finished.scene)
     remarks += failures
 

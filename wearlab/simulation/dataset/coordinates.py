@@ -84,11 +84,25 @@ def by_flank(
     along : number of axes after that of the two gears: 1 along the profile; 2 along
         face and profile, (…, n_flanks, n_face, n)
     """
+    rows = [of_flank(model, name, of_kind, along) for name in model.gears.flanks]
+    return label.padded(rows, -1 - along)
+
+
+def of_flank(
+    model: assembly.GearModel, name: str, of_kind: Sequence[Array], along: int = 1
+) -> Array:
+    """Return values of one flank, the mean of those of planets that are apart, (…, n).
+
+    Parameters
+    ----------
+    model : the physics of the scene
+    name : of the flank
+    of_kind, along : as in `by_flank`
+    """
     axis = -1 - along
-    rows = [
-        np.take(of_kind[kind], gear, axis) for kind, gear in model.gears.flank_places
-    ]
-    return label.padded(rows, axis)
+    places = model.gears.places_of(name)
+    rows = [np.take(of_kind[kind], gear, axis) for kind, gear in places]
+    return rows[0] if len(rows) == 1 else np.mean(rows, axis=0)
 
 
 def by_member(model: assembly.GearModel, of_kind: Sequence[Array]) -> Array:
@@ -100,9 +114,9 @@ def by_member(model: assembly.GearModel, of_kind: Sequence[Array]) -> Array:
     of_kind : values of the two gears of each kind of mesh, (n_updates, 2)
     """
     total = np.zeros((len(of_kind[0]), len(model.gears.members)))
-    for kind, values in zip(model.kinds, of_kind, strict=True):
-        for number, gear in enumerate(kind.pair.gears):
-            columns = model.gears.columns_of(gear.name)
+    for kind, values in enumerate(of_kind):
+        for number, gear in enumerate(model.kinds[kind].pair.gears):
+            columns = model.gears.columns_at(kind, gear.name)
             total[:, columns] += values[:, [number]]
     return total
 

@@ -124,9 +124,14 @@ def _forces(
     vibration = model.moving
     flanks = state.flanks
     values = Values()
-    means = [mean_moments(model, flanks, kind, response) for kind in range(len(flanks))]
+    means = _moments_of_sections(model, flanks, response)
+    kinds_of_sections = [
+        next(kind for kind in model.gears.kinds if kind.section == section)
+        for section in means
+    ]
+    of_sections = list(means.values())
     if model.gears.shares:
-        factors = list(map(mesh_forces.load_factors, model.gears.kinds, means))
+        factors = list(map(mesh_forces.load_factors, kinds_of_sections, of_sections))
         values["mesh_load_factor"] = np.concatenate(factors)
 
     extremes = mesh_forces.extremes(response)
@@ -141,10 +146,24 @@ def _forces(
     values["response_period"] = response.period * vibration.hunting
     values["floquet_multiplier"] = _multipliers(vibration, response)
     values["residual_mean_force"] = mesh_forces.mean_force_residual(
-        model.gears.kinds, list(load_of_kind), means, rubs
+        kinds_of_sections,
+        [load_of_kind[model.gears.kinds.index(kind)] for kind in kinds_of_sections],
+        of_sections,
+        rubs,
     )
     values["residual_orbit"] = response.residual
     return values
+
+
+def _moments_of_sections(
+    model: assembly.GearModel, flanks: list[excitation.MeshFlanks], response: Response
+) -> dict[str, Array]:
+    """Return mean moments (n_mesh, 2) of the meshes that are made alike, by section."""
+    of_sections: dict[str, list[Array]] = {}
+    for number, kind in enumerate(model.gears.kinds):
+        moments = mean_moments(model, flanks, number, response)
+        of_sections.setdefault(kind.section, []).append(moments)
+    return {section: np.concatenate(parts) for section, parts in of_sections.items()}
 
 
 def _multipliers(vibration: coupled.Vibration, response: Response) -> Array:

@@ -8,6 +8,7 @@ from wearlab.simulation.dataset import (
     errors,
     life,
     model_errors,
+    planets,
     rating,
     validity,
     verdict,
@@ -36,6 +37,7 @@ def life_variables(
     if scene.wear is not None:
         values |= wear.wear_values(model, history)
         values |= wear.preset_depth(scene, model, history.state)
+        values |= planets.planet_values(model, history)
     if model.vibration is not None:
         values["attractor"] = dynamics.attractor_numbers(history)
 

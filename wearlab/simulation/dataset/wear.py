@@ -4,12 +4,17 @@ import numpy as np
 
 from wearlab import assembly
 from wearlab.arrays import Array
-from wearlab.assembly.life import build_limits, build_snapshots
+from wearlab.assembly.life import build_limits, build_snapshots, flank_entries
 from wearlab.life import history
 from wearlab.mesh.exact.flank import wear_slope
 from wearlab.scene import Scene
 from wearlab.simulation import label
-from wearlab.simulation.dataset.coordinates import States, by_flank, by_member
+from wearlab.simulation.dataset.coordinates import (
+    States,
+    by_flank,
+    by_member,
+    of_flank,
+)
 from wearlab.simulation.dataset.path import depths
 from wearlab.wear import path
 
@@ -59,9 +64,10 @@ def wear_values(
 def _slopes(model: assembly.GearModel, depth: list[Array]) -> Array:
     """Return the slopes of the worn flanks along the profile, flank after flank [1]."""
     slopes = []
-    for number, gear in model.gears.flank_places:
+    for name in model.gears.flanks:
+        number, gear = model.gears.flank(name)
         kind = model.kinds[number]
-        flank_depth = depth[number][:, gear]
+        flank_depth = of_flank(model, name, depth)
         slopes.append(wear_slope(kind.pair, gear, kind.analysis.grid, flank_depth))
     return label.padded(slopes, -2)
 
@@ -126,7 +132,6 @@ def preset_depth(
     was in the whole scene.
     """
     coupling = model.coupling
-    flank_places = model.gears.flank_places
     snapshots = build_snapshots(scene, model.gears, coupling)
     limit = build_limits(scene, model.gears, coupling)
     if not snapshots.depths:
@@ -136,7 +141,7 @@ def preset_depth(
     if limit.depth is not None:
         requested.append((limit.depth, limit.flank))
 
-    depths_of_states = np.full((len(states), len(flank_places)), np.nan)
+    depths_of_states = np.full((len(states), len(model.gears.flanks)), np.nan)
     for row, state in zip(depths_of_states, states, strict=True):
         wear = coupling.flat(state.wear)
         for depth, entries in requested:
@@ -144,8 +149,8 @@ def preset_depth(
                 counted = np.full(len(wear), -1.0)
                 counted[entries] = wear[entries]
                 deepest = [
-                    counted[coupling.entries(kind, gear)].max()
-                    for kind, gear in flank_places
+                    counted[flank_entries(name, model.gears, coupling)].max()
+                    for name in model.gears.flanks
                 ]
                 row[np.argmax(deepest)] = depth
     return {"preset_depth": depths_of_states}

@@ -16,6 +16,7 @@ from wearlab.options import (
     NOT_NEGATIVE,
     POSITIVE,
     Alternatives,
+    Count,
     Depth,
     Length,
     Part,
@@ -47,6 +48,9 @@ class InitialModel(Variant):
     sides: Literal["drive", "both"] = "drive"
     """which flanks of each tooth carry it; wear of both thins its section. Source:
     Y23"""
+    planet: Annotated[Count, POSITIVE] | None = option(None)
+    """number of the one planet whose flanks carry it, from 1; the others are new [all
+    planets]. Source: wearlab"""
 
     @property
     def thins_teeth(self) -> bool:
