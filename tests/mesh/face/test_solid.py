@@ -95,7 +95,9 @@ def on_solid(gap, solid, hertz, force=FORCE):
     compliance (n, n) [m/N].
     """
     n = len(gap)
-    slices = Slices(np.zeros((1, 1, n), np.int64), np.full(n, B / n), np.ones(1))
+    slices = Slices(
+        np.zeros((1, 1, n), np.int64), np.full(n, B / n), np.ones((1, 1, n))
+    )
     section = Section(np.ones(1), np.zeros((0, 1)), np.array([hertz]), 0.0, 1.0)
     gap = np.asarray(gap)[:, None]
     start = np.zeros((1, 1, n))

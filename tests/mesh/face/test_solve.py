@@ -29,7 +29,7 @@ def pressed(
     middle = 0.5 * (edges[1:] + edges[:-1])
     body = np.array([0.5 * compliance if contact is None else compliance])
     hertz = np.array([0.5 * compliance if contact is None else contact])
-    slices = Slices(np.zeros((1, 1, n), np.int64), width, np.ones(1))
+    slices = Slices(np.zeros((1, 1, n), np.int64), width, np.ones((1, 1, n)))
     section = Section(body, np.zeros((0, 1)), hertz, 0.0, 1.0)
     load, approach, tangent = solve_phases(
         slices,

@@ -337,7 +337,7 @@ class FaceContact:
 
         node = np.where(grid.node >= 0, grid.node, 0)
         compliance = self.section.body + self.section.hertz
-        of_slices = grid.width * grid.filled[node] / compliance[node]
+        of_slices = grid.width * grid.filled / compliance[node]
         stiffness = np.where(loads.load > 0.0, of_slices, 0.0)
         total = stiffness.sum(axis=(1, 2))
         slope_at_lines = slope[np.arange(len(grid.position)), node]
@@ -359,8 +359,7 @@ class FaceContact:
         force : static force of the mesh [N]
         """
         grid = self.grid
-        filled = np.where(grid.node >= 0, grid.filled[grid.node], 0.0)
-        total = (loads.load * filled * grid.width).sum(axis=(1, 2))
+        total = (loads.load * grid.filled * grid.width).sum(axis=(1, 2))
         return np.asarray(total / force - 1.0)
 
 

@@ -23,6 +23,8 @@ from wearlab.mesh.profile import (
     cubic_weights,
 )
 
+HALF = 0.5 - 1e-9
+"""Share from which the middle of a slice lies on the path, and so on a node [1]."""
 BESIDE_A_JUMP = 1e-9
 """How far from a jump its two sides are looked at [1]."""
 
@@ -39,8 +41,8 @@ class FaceGrid(NamedTuple):
     phase : (n_phases,) mesh phase at mid-face [1]
     node : (n_phases, n_lines, n_face) touching node of the profile that each line
         meets, −1 beyond
-    filled : (n_contact,) share of the slice that touches there: half at the ends of a
-        lattice [1]
+    filled : (n_phases, n_lines, n_face) share of each slice that the line crosses on
+        the path: a part where the line ends within it, 0 beyond [1]
     even : whether the phases are equally far apart
     """
 
@@ -83,7 +85,7 @@ class FaceGrid(NamedTuple):
         load : (n_phases, n_lines, n_face) of the lines
         """
         nodal = np.zeros((len(self.position), len(self.profile.contact_position)))
-        phase, line, slice_ = np.nonzero(self.node >= 0)
+        phase, line, slice_ = np.nonzero(self.filled >= HALF)
         nodal[slice_, self.node[phase, line, slice_]] = load[phase, line, slice_]
         return nodal[:, self.profile.on_flank]
 
@@ -219,7 +221,7 @@ def spur_face(profile: ProfileGrid, face_width: float, slices: int) -> FaceGrid:
     phase, weight = profile.phase_nodes
     node = np.repeat(profile.pairs_at_phase_nodes[:, :, None], slices, axis=2)
     position, width = equal_slices(face_width, slices)
-    filled = np.ones(len(profile.contact_position))
+    filled = np.where(node >= 0, 1.0, 0.0)
     return FaceGrid(
         profile, position, width, weight / weight.sum(), phase, node, filled, even=False
     )
@@ -252,14 +254,14 @@ def helical_face(
     if nodes < 0.5 * slices:
         position, width = equal_slices(b, slices)
         shift = np.round(position * slope / step).astype(np.int64)
+        spacing = 1
     else:
         spacing = max(1, round(nodes / slices))
         position, width, offset = _lattice_slices(b, spacing * step / slope)
         shift = spacing * offset
     shift = shift if turned.sense > 0.0 else -shift
 
-    filled = np.ones(len(profile.contact_position))
-    filled[[0, -1]] = 0.5
+    node, filled = _nodes_met(profile, per_pitch, shift, spacing)
     middle = float(shift.mean()) / per_pitch
     return FaceGrid(
         profile=profile,
@@ -267,7 +269,7 @@ def helical_face(
         width=width,
         weight=np.full(per_pitch, 1.0 / per_pitch),
         phase=np.arange(per_pitch) / per_pitch - middle,
-        node=_nodes_met(profile, per_pitch, shift),
+        node=node,
         filled=filled,
         even=True,
     )
@@ -291,18 +293,26 @@ def _lattice_slices(face_width: float, width: float) -> tuple[Array, Array, Inde
     return position, widths, offset
 
 
-def _nodes_met(profile: ProfileGrid, per_pitch: int, shift: Index) -> Index:
-    """Return the node that each line meets on each slice, −1 beyond.
+def _nodes_met(
+    profile: ProfileGrid, per_pitch: int, shift: Index, spacing: int
+) -> tuple[Index, Array]:
+    """Return the node that each line meets on each slice, and the part that it crosses.
 
-    (n_phases, n_lines, n_face), for slices that are ``shift`` nodes behind.
+    Both (n_phases, n_lines, n_face), for slices that are ``shift`` nodes behind and
+    ``spacing`` nodes wide. A line that ends within a slice whose middle it does not
+    reach meets it at the end of the path; beyond, the node is −1 and the part 0.
     """
-    n_contact = len(profile.contact_position)
+    last = len(profile.contact_position) - 1
     phases = np.arange(per_pitch)
-    furthest = math.ceil((n_contact + np.abs(shift).max()) / per_pitch) + 1
+    furthest = math.ceil((last + 1 + np.abs(shift).max() + spacing) / per_pitch) + 1
     lines = np.arange(furthest, -furthest - 1, -1)
 
     at_mid_face = phases[:, None, None] + lines[None, :, None] * per_pitch
     number = at_mid_face - shift[None, None, :] + profile.before
-    node = np.where((number >= 0) & (number < n_contact), number, -1)
+    begin = np.maximum(number - 0.5 * spacing, 0.0)
+    end = np.minimum(number + 0.5 * spacing, float(last))
+    filled = np.maximum(end - begin, 0.0) / spacing
+
+    node = np.where(filled > 0.0, np.clip(number, 0, last), -1)
     is_met = (node >= 0).any(axis=(0, 2))
-    return node[:, is_met]
+    return node[:, is_met], filled[:, is_met]

@@ -58,7 +58,7 @@ class Slices(NamedTuple):
     node : (n_phases, n_lines, n_face) touching node of the profile, −1 where a line
         does not reach
     width : (n_face,) of the slices [m]
-    filled : (n_contact,) share of a slice that touches at a node [1]
+    filled : (n_phases, n_lines, n_face) share of each slice that a line crosses [1]
     """
 
     node: Index
@@ -143,7 +143,7 @@ def layer_of(
 
     part: Array | float = 1.0
     if shear_length == 0.0:
-        part = np.where(reached, slices.filled[nearest], 1.0)
+        part = np.where(reached, slices.filled, 1.0)
     diagonal = part * slices.width * stiffness
     diagonal[..., :-1] += joint
     diagonal[..., 1:] += joint
@@ -231,7 +231,7 @@ def solve_phases(
             deflection[i] = approach
 
             change, contacts_changed = _update(
-                node, slices, gap, load, NEAR * mean_load, lines
+                i, slices, gap, load, NEAR * mean_load, lines
             )
             converged = not contacts_changed and change <= CONVERGED * mean_load
             converged = converged or iteration + 1 == MAX_ITERATIONS
@@ -326,7 +326,7 @@ def _respond(  # type: ignore[no-untyped-def]
         renew = solid is None or lines.changed[line] or hold
         _straighten(
             slices.node[i, line],
-            slices,
+            slices.width * slices.filled[i, line],
             section,
             gap,
             load[line],
@@ -366,7 +366,7 @@ def _respond(  # type: ignore[no-untyped-def]
 
 @jit_inner
 def _straighten(  # type: ignore[no-untyped-def]
-    node, slices, section, gap, load, in_contact, spring, free, renew, straightened
+    node, widths, section, gap, load, in_contact, spring, free, renew, straightened
 ):
     """Fill the stiffness of the contact of each slice, and the gap it counts from.
 
@@ -382,7 +382,7 @@ def _straighten(  # type: ignore[no-untyped-def]
             free[j] = 0.0
             continue
         k = node[j]
-        width = slices.filled[k] * slices.width[j]
+        width = widths[j]
         logarithm = np.log(max(load[j], min_load) / min_load)
         secant = section.hertz[k] - softening * logarithm
         if renew:
@@ -545,12 +545,14 @@ def _balance(force, lines):  # type: ignore[no-untyped-def]
 
 
 @jit_inner
-def _update(node, slices, gap, load, near, lines):  # type: ignore[no-untyped-def]
+def _update(i, slices, gap, load, near, lines):  # type: ignore[no-untyped-def]
     """Fill new loads and contacts, and which lines changed by more than ``near``.
 
     Returns the largest change of a load and whether contacts changed. Without a force
     only the first slice to touch stays in contact.
     """
+    node = slices.node[i]
+    filled = slices.filled[i]
     in_contact = lines.in_contact
     changed = lines.changed
     largest_change = 0.0
@@ -574,7 +576,7 @@ def _update(node, slices, gap, load, near, lines):  # type: ignore[no-untyped-de
 
             value = lines.unit[line, j] * approach - lines.offset[line, j]
             if in_contact[line, j]:
-                new_load = value / (slices.filled[k] * slices.width[j])
+                new_load = value / (filled[line, j] * slices.width[j])
                 if new_load < 0.0:
                     in_contact[line, j] = False
                     changed[line] = True

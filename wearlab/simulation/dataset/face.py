@@ -127,9 +127,8 @@ def contact_of_lines(
     values["static_transmission_error"] = at_stored_phases(deflection)
     values["unloaded_transmission_error"] = at_stored_phases(unloaded)
 
-    share_of_width = np.where(grid.node >= 0, grid.filled[grid.node], 0.0)
     mean_line_loads = [
-        grid.weight @ (lines.load * share_of_width).sum(axis=1) for lines in loads
+        grid.weight @ (lines.load * grid.filled).sum(axis=1) for lines in loads
     ]
     values["line_load"] = np.stack([state.line_load for state in of_mesh])
     values["mean_line_load"] = np.stack(mean_line_loads)
