@@ -13,7 +13,7 @@ from wearlab.scene import Scene
 from wearlab.simulation.label import Refused
 from wearlab.tables import TableError
 from wearlab.tables.measured_flank import read_measured_flank
-from wearlab.tables.p40 import read_measurement
+from wearlab.tables.p40 import PITCH_HEAD, read_measurement
 
 SCENE = {
     "gears": external_pair(24, 36, face_width="30 mm"),
@@ -66,6 +66,17 @@ def test_the_pitch_table_is_of_every_tooth(file):
     assert len(pitch.single) == gear.TEETH
     assert np.cumsum(pitch.single) == pytest.approx(pitch.cumulative, abs=2e-8)
     assert 1e6 * np.ptp(pitch.cumulative) == pytest.approx(12.0, abs=0.11)
+
+
+def test_a_pitch_table_without_rows_is_refused(file):
+    """What stood below its head was cut off: `wearlab profile` ended in a traceback."""
+    lines = gear.mka().splitlines()
+    head = next(i for i, line in enumerate(lines) if PITCH_HEAD.search(line))
+    rows = next(i for i in range(head + 1, len(lines)) if lines[i].split())
+    end = next(i for i in range(rows, len(lines)) if not lines[i].split())
+    file.write_text("\n".join([*lines[:rows], "", *lines[end:]]))
+    with pytest.raises(TableError, match="the pitch table"):
+        read_measurement(file)
 
 
 def test_traces_beside_a_tooth_are_not_its_curve(file):

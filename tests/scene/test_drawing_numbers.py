@@ -142,6 +142,20 @@ def test_check_prints_the_modifications_of_the_flanks():
     assert float(said["d_Ca"][0]) == pytest.approx(
         2e3 * np.hypot(pinion.base_radius, length - 2e-3), abs=6e-4
     )
+    axes = {"torque": ["0 N*m", "100 N*m"], "value": ["0 um", "10 um"]}
+    blocks = [
+        {"torque": torque, "speed": "1500 rpm", "share": share}
+        for torque, share in (("100 N*m", 0.1), ("20 N*m", 0.9))
+    ]
+    spectrum = table | {
+        "operation": {"duty": blocks},
+        "mesh": table["mesh"] | {"misalignment": axes},
+    }
+    rows = [r for r in sheet(Scene.from_mapping(spectrum)).rows if r.symbol == "F_βy"]
+    assert [(row.meaning[-7:], row.values) for row in rows] == [
+        (" 20 N·m", ("2",)),
+        ("100 N·m", ("10",)),
+    ]
     del table["gears"]["pinion"]["tip_relief"]
     assert "flank modifications" not in parts_left_out(Scene.from_mapping(table))
 

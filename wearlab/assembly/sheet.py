@@ -8,6 +8,7 @@ from wearlab.assembly import sets
 from wearlab.gears import helix, outline, shifts
 from wearlab.gears.gear import Gear, GearPair
 from wearlab.materials.grades import KGF_PER_MM2
+from wearlab.mesh.gear_set import PairOfSet
 from wearlab.scene import Scene
 
 
@@ -295,17 +296,25 @@ def _modifications(scene: Scene, gears: sets.GearSet) -> Iterator[Row]:
     if any(starts):
         yield "d_Ca", "diameter where the tip relief starts", "mm", starts
     for kind in gears.kinds:
-        axes = scene.mesh.of(kind.section).misalignment
-        if axes is not None:
-            over = axes.over_face(
-                kind.pair.working_pressure_angle, scene.operation.torque
-            )
-            yield (
-                "F_βy",
-                f"misalignment over the face{_tail(gears, kind.pair)}",
-                "µm",
-                [1e6 * over],
-            )
+        yield from _misalignment(scene, gears, kind)
+
+
+def _misalignment(scene: Scene, gears: sets.GearSet, kind: PairOfSet) -> Iterator[Row]:
+    """Yield the misalignment of a kind of mesh, at the least and largest torque."""
+    axes = scene.mesh.of(kind.section).misalignment
+    if axes is None:
+        return
+    torques = [condition.torque for condition in scene.operation.in_conditions()]
+    angle = kind.pair.working_pressure_angle
+    of_torque = {
+        torque: axes.over_face(angle, torque) for torque in (min(torques), max(torques))
+    }
+    meaning = f"misalignment over the face{_tail(gears, kind.pair)}"
+    if len(set(of_torque.values())) == 1:
+        yield "F_βy", meaning, "µm", [1e6 * next(iter(of_torque.values()))]
+        return
+    for torque, over_face in of_torque.items():
+        yield "F_βy", f"{meaning}, at {torque:.4g} N·m", "µm", [1e6 * over_face]
 
 
 def _as_text(value: float, unit: str) -> str:

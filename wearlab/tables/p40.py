@@ -492,6 +492,11 @@ def _pitch(lines: Sequence[str], place: int, file: str) -> Pitch:
             break
         rows.append([number for number in numbers if number is not None])
 
+    if not rows:
+        raise TableError(
+            f"{file}, line {place + 1}: the pitch table has no row of tooth, f_p and "
+            "F_p: export the measurement anew"
+        )
     if [int(row[0]) for row in rows] != list(range(1, len(rows) + 1)):
         raise TableError(
             f"{file}, line {place + 1}: the teeth of the pitch table are not 1, 2, "
