@@ -299,11 +299,6 @@ FORCE_SHARE = 2.0
 INSTANT_SHARE = 1.75
 """Weight of the largest error at any instant, set on seed 129943 of
 `tests/benchmarks/estimates.py`."""
-LARGEST_SHARE = 0.4
-"""Weight of the error where the largest force may lie: errors are largest beside jumps,
-not there."""
-NEAR = 0.2
-"""How far below the largest, over the range of a force, counts as near it at least."""
 NODES = 3
 """Instants within a step: its ends and its middle."""
 
@@ -378,24 +373,18 @@ def force_errors(
 def error_of_largest(values: Array, error: Array) -> float:
     """Return by how much the largest of values may be off.
 
-    The true largest lies where ``f ≥ max f − 2 E``, E the largest error there: found by
-    narrowing, though not below `NEAR`, for an error may be small at one instant by
-    chance.
+    With ``f`` off by ``E`` at each instant, the true largest lies between
+    ``f(t) − E(t)`` at the instant of the largest and ``max(f + E)``: errors beside
+    jumps, where the force is far from its largest, do not count.
 
     Parameters
     ----------
     values : f, (n,)
-    error : by how much each is off, (n,)
+    error : E, (n,)
     """
-    near = np.ones(len(values), bool)
-    largest = float(error.max())
-    below = values.max() - values
-    while True:
-        narrower = near & (below <= max(2.0 * largest, NEAR * float(below.max())))
-        if narrower.sum() == near.sum():
-            return LARGEST_SHARE * largest
-        near = narrower
-        largest = float(error[narrower].max())
+    top = int(np.argmax(values))
+    above = float((values + error).max() - values[top])
+    return max(float(error[top]), above)
 
 
 def forces_of(
