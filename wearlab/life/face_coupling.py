@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple, cast
+from typing import Any, ClassVar, NamedTuple, cast
 
 import numpy as np
 
@@ -65,6 +65,9 @@ class FaceCoupling(OneCondition):
 
     Each with loads to start from.
     """
+
+    planets: ClassVar[None] = None
+    """Planets whose flanks have a width wear alike."""
 
     kinds: tuple[FaceKind, ...]  # type: ignore[assignment]
     _last: list[LineLoads] = field(
