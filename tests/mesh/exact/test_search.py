@@ -7,7 +7,7 @@ import pytest
 
 from wearlab.compiled import jit
 from wearlab.mesh.exact.flank import interval_of, shift_at
-from wearlab.mesh.exact.kinematics import corner_gap, rotation_gap
+from wearlab.mesh.exact.kinematics import corner_gap, excess_reach, rotation_gap
 from wearlab.mesh.exact.minimum_gap import minimum_gap
 
 
@@ -29,10 +29,20 @@ def of_very_many_points(driving, driven, x, s):
         for p in range(len(driven.piece) - 1):
             for k, end in ((driven.piece[p], 0), (driven.piece[p + 1] - 1, 1)):
                 at = driven.start[k] + end * driven.width[k]
-                found[i] = min(
-                    found[i],
-                    corner_gap(driving, driven, x[i], at, driven.reached[k, end])[0],
-                )
+                reach = driven.reached[k, end]
+                for q in range(len(driving.piece) - 1):
+                    first = driving.piece[q]
+                    last = driving.piece[q + 1] - 1
+                    a = driving.start[first]
+                    b = driving.start[last] + driving.width[last]
+                    w_a = driving.shift[first, 0]
+                    w_b = driving.shift[last, 1]
+                    f_a = excess_reach(driving, driven, x[i], a, w_a, reach)
+                    f_b = excess_reach(driving, driven, x[i], b, w_b, reach)
+                    gap = corner_gap(
+                        driving, driven, x[i], at, reach, first, last, f_a, f_b
+                    )[0]
+                    found[i] = min(found[i], gap)
     return found
 
 

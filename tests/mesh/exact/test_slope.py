@@ -12,7 +12,7 @@ def outline(flanks, gear, depth):
     """Return the outline of a flank in the tooth's axes, by rising x."""
     pair = flanks.pair
     grid = flanks.grid
-    flank = worn_flank(pair, gear, grid.position, depth, flanks.runs)
+    flank = worn_flank(flanks.layouts[gear], depth)
     position = np.unique(grid.position)[1:-1]
     gamma, radius, _ = local_points(pair, gear, flank, position)
     x = radius * np.cos(gamma)

@@ -30,7 +30,7 @@ from wearlab.arrays import Array, Index
 from wearlab.compiled import jit
 from wearlab.gears.gear import DRIVING, GearPair
 from wearlab.gears.shifts import involute
-from wearlab.mesh.profile import BY_QUARTIC, ProfileGrid, slopes
+from wearlab.mesh.profile import BY_QUARTIC, ProfileGrid
 from wearlab.mesh.stiffness import SectionVanished
 
 
@@ -142,60 +142,73 @@ def healthy_reach(pair: GearPair, gear: int) -> tuple[float, float]:
     return path.A, path.E + below
 
 
-class _Piece(NamedTuple):
-    """Part of a flank on which its wear is smooth, at its (n,) nodes.
+class FlankLayout(NamedTuple):
+    """What wear does not change of a flank: its intervals, and the nodes at their ends.
 
     Parameters
     ----------
-    position : path positions [m]
-    shift : w [m]
-    slope : dw/ds [1]
+    gear : 0 driving, 1 driven
+    involute : the unworn flank
+    start, width : (m,) where each interval begins on the path, and its length [m]
+    node : (m, 2) nodes whose wear both ends of each interval have
+    first_sloping : first interval within a run; those before and after the runs are
+        shifted evenly
+    runs : (n_runs, 2) first node of each smooth run, and the one after its last
+    spacing : (n_runs,) of the nodes of each run [m]
+    piece : (n_pieces + 1,) first interval of each piece, and m
     """
 
-    position: Array
-    shift: Array
-    slope: Array
+    gear: int
+    involute: Involute
+    start: Array
+    width: Array
+    node: Index
+    first_sloping: int
+    runs: Index
+    spacing: Array
+    piece: Index
 
 
-def _straight(begin: float, end: float, shift: float) -> _Piece:
-    """Return a piece on which the flank is shifted evenly."""
-    return _Piece(np.array([begin, end]), np.full(2, shift), np.zeros(2))
-
-
-def _pieces(
-    position: Array, shift: Array, runs: list[slice], reach: tuple[float, float]
-) -> list[_Piece]:
-    """Return the pieces of a flank, in ascending order.
+def flank_layout(pair: GearPair, gear: int, grid: ProfileGrid) -> FlankLayout:
+    """Return the layout of a flank: smooth runs of nodes, even beyond both ends.
 
     Parameters
     ----------
-    position : (n,) path positions of the nodes, A to E [m]
-    shift : (n,) w at the nodes [m]
-    runs : smooth runs of nodes
-    reach : path positions where the flank begins and ends [m]
+    pair, gear : the pair; 0 driving, 1 driven
+    grid : the nodes, five or more in each run, equally spaced
     """
-    pieces = []
-    for run in runs:
-        nodes = position[run]
-        slope = slopes(shift[run], BY_QUARTIC) / (nodes[1] - nodes[0])
-        pieces.append(_Piece(nodes, shift[run], slope))
+    position = grid.position
+    last = len(position) - 1
+    begin, end = healthy_reach(pair, gear)
+    runs = np.array([(run.start, run.stop) for run in smooth_runs(grid)])
 
-    begin, end = reach
-    if begin < position[0]:
-        pieces.insert(0, _straight(begin, position[0], shift[0]))
-    if end > position[-1]:
-        pieces.append(_straight(position[-1], end, shift[-1]))
-    return pieces
+    ends = [position[first:stop] for first, stop in runs]
+    nodes = [np.arange(first, stop) for first, stop in runs]
+    is_longer = begin < position[0]
+    if is_longer:
+        ends.insert(0, np.array([begin, position[0]]))
+        nodes.insert(0, np.zeros(2, np.int64))
+    if end > position[last]:
+        ends.append(np.array([position[last], end]))
+        nodes.append(np.full(2, last))
+
+    start = np.concatenate([piece[:-1] for piece in ends])
+    return FlankLayout(
+        gear=gear,
+        involute=involute_of(pair, gear),
+        start=start,
+        width=np.concatenate([piece[1:] for piece in ends]) - start,
+        node=np.concatenate(
+            [np.stack([piece[:-1], piece[1:]], axis=1) for piece in nodes]
+        ),
+        first_sloping=int(is_longer),
+        runs=runs,
+        spacing=position[runs[:, 0] + 1] - position[runs[:, 0]],
+        piece=np.cumsum([0, *(len(piece) - 1 for piece in ends)]),
+    )
 
 
-def _interval_ends(runs: list[Array]) -> Array:
-    """Return the values at both ends of all intervals, (m, 2), from runs of nodes."""
-    return np.concatenate([np.stack([run[:-1], run[1:]], axis=1) for run in runs])
-
-
-def worn_flank(
-    pair: GearPair, gear: int, position: Array, depth: Array, runs: list[slice]
-) -> Flank:
+def worn_flank(layout: FlankLayout, depth: Array) -> Flank:
     """Return the flank with material removed at the nodes.
 
     Between the nodes it is a cubic with slopes of fourth order. Between the form circle
@@ -205,36 +218,70 @@ def worn_flank(
 
     Parameters
     ----------
-    pair, gear : the pair; 0 driving, 1 driven
-    position : (n,) path positions of the nodes, A to E [m]
-    depth : (n,) material removed along the normal, wear and modification [m]
-    runs : smooth runs of nodes, each of five or more, equally spaced
+    layout : of the flank
+    depth : (n,) material removed along the normal at the nodes, wear and modification
+        [m]
 
     Raises
     ------
     OverhangingFlank
         Where the flank overhangs, or wear reaches the base circle.
     """
-    shift = np.asarray(-depth if gear == DRIVING else depth, dtype=float)
-    pieces = _pieces(position, shift, runs, healthy_reach(pair, gear))
-
-    s = _interval_ends([piece.position for piece in pieces])
-    shift_at_ends = _interval_ends([piece.shift for piece in pieces])
-    n_intervals = [len(piece.position) - 1 for piece in pieces]
-    unworn = involute_of(pair, gear)
+    of_nodes = np.asarray(-depth if layout.gear == DRIVING else depth, dtype=float)
+    shift = of_nodes[layout.node]
+    slope = np.zeros(shift.shape)
+    _fill_slopes(of_nodes, layout.runs, layout.spacing, layout.first_sloping, slope)
+    at_ends = np.stack([layout.start, layout.start + layout.width], axis=1)
     flank = Flank(
-        base_radius=unworn.base_radius,
-        curvature=unworn.curvature,
-        side=unworn.side,
-        start=np.ascontiguousarray(s[:, 0]),
-        width=s[:, 1] - s[:, 0],
-        shift=shift_at_ends,
-        slope=_interval_ends([piece.slope for piece in pieces]),
-        reached=s + shift_at_ends,
-        piece=np.cumsum([0, *n_intervals]),
+        base_radius=layout.involute.base_radius,
+        curvature=layout.involute.curvature,
+        side=layout.involute.side,
+        start=layout.start,
+        width=layout.width,
+        shift=shift,
+        slope=slope,
+        reached=at_ends + shift,
+        piece=layout.piece,
     )
     _check_shape(flank)
     return flank
+
+
+@jit(counted=False)
+def _fill_slopes(
+    shift: Array, runs: Index, spacing: Array, interval: int, slope: Array
+) -> None:
+    """Fill dw/ds at both ends of the intervals of all runs, see `profile.slopes`.
+
+    Parameters
+    ----------
+    shift : (n,) w at the nodes [m]
+    runs, spacing : of the nodes, see `FlankLayout`
+    interval : the first interval of the first run
+    slope : (m, 2) filled [1]
+    """
+    for run in range(len(runs)):
+        first = runs[run, 0]
+        last = runs[run, 1] - 1
+        for node in range(first, last + 1):
+            from_begin = node - first
+            from_end = last - node
+            rise = 0.0
+            if from_begin < 2:
+                for i in range(5):
+                    rise += BY_QUARTIC[from_begin, i] * shift[first + i]
+            elif from_end < 2:
+                for i in range(5):
+                    rise -= BY_QUARTIC[from_end, i] * shift[last - i]
+            else:
+                near = shift[node + 1] - shift[node - 1]
+                far = shift[node + 2] - shift[node - 2]
+                rise = (8.0 * near - far) / 12.0
+            if from_end > 0:
+                slope[interval + from_begin, 0] = rise / spacing[run]
+            if from_begin > 0:
+                slope[interval + from_begin - 1, 1] = rise / spacing[run]
+        interval += last - first
 
 
 def _check_shape(flank: Flank) -> None:
@@ -253,6 +300,7 @@ def _check_shape(flank: Flank) -> None:
         )
 
 
+@jit(counted=False)
 def steepest_shift(width: Array, shift: Array, slope: Array) -> float:
     """Return the smallest dw/ds over all intervals [1].
 
@@ -263,19 +311,20 @@ def steepest_shift(width: Array, shift: Array, slope: Array) -> float:
     width : (m,) of the intervals [m]
     shift, slope : (m, 2) w [m] and dw/ds [1] at both ends of each
     """
-    d0, d1 = slope.T
-    secant = np.diff(shift, axis=1)[:, 0] / width
-    rise = 3.0 * secant - 2.0 * d0 - d1
-    bend = 3.0 * (d0 + d1 - 2.0 * secant)
+    lowest = math.inf
+    for k in range(len(width)):
+        begin = slope[k, 0]
+        end = slope[k, 1]
+        secant = (shift[k, 1] - shift[k, 0]) / width[k]
+        rise = 3.0 * secant - 2.0 * begin - end
+        bend = 3.0 * (begin + end - 2.0 * secant)
+        lowest = min(lowest, begin, end)
+        if bend != 0.0 and 0.0 < -rise / bend < 1.0:
+            lowest = min(lowest, begin - rise * rise / bend)
+    return lowest
 
-    t = np.divide(-rise, bend, out=np.zeros_like(bend), where=bend != 0.0)
-    at_vertex = d0 + t * (2.0 * rise + bend * t)
-    is_inside = (t > 0.0) & (t < 1.0)
-    lowest = np.where(is_inside, at_vertex, np.inf).min()
-    return float(min(slope.min(), lowest))
 
-
-@jit
+@jit(counted=False)
 def shift_at(flank: Flank, k: int, s: float) -> tuple[float, float]:
     """Return w [m] and dw/ds [1] at s in interval k, by Hermite's cubic.
 
@@ -300,10 +349,18 @@ def shift_at(flank: Flank, k: int, s: float) -> tuple[float, float]:
     return shift, slope
 
 
-@jit
+@jit(counted=False)
 def interval_of(flank: Flank, s: float) -> int:
     """Return the interval that contains s, the first or last one beyond the ends."""
-    return max(0, int(np.searchsorted(flank.start, s, side="right")) - 1)
+    low = 0
+    high = len(flank.start)
+    while high - low > 1:
+        middle = (low + high) // 2
+        if flank.start[middle] <= s:
+            low = middle
+        else:
+            high = middle
+    return low
 
 
 def contact_angle(pair: GearPair, gear: int, position: ArrayLike) -> Array:

@@ -393,9 +393,12 @@ class WornFlanks:
     modification: Array
 
     @cached_property
-    def runs(self) -> list[slice]:
-        """Smooth runs of nodes."""
-        return flank.smooth_runs(self.grid)
+    def layouts(self) -> tuple[flank.FlankLayout, flank.FlankLayout]:
+        """What wear does not change of both flanks, (driving, driven)."""
+        return (
+            flank.flank_layout(self.pair, DRIVING, self.grid),
+            flank.flank_layout(self.pair, DRIVEN, self.grid),
+        )
 
     @cached_property
     def thickness(self) -> Array:
@@ -416,10 +419,8 @@ class WornFlanks:
         """
         self.check_thickness(wear)
         depth = wear + self.modification
-        s = self.grid.position
-        first = flank.worn_flank(self.pair, 0, s, depth[0], self.runs)
-        second = flank.worn_flank(self.pair, 1, s, depth[1], self.runs)
-        return first, second
+        first, second = self.layouts
+        return flank.worn_flank(first, depth[0]), flank.worn_flank(second, depth[1])
 
     def check_thickness(self, wear: Array) -> None:
         """Refuse wear (2, n) deeper than the tooth [m].

@@ -23,7 +23,7 @@ FIRST_STEP = 2e-6
 """First step of a search for a bracket [m]."""
 
 
-@jit_inner
+@jit_inner(counted=False, forceinline=True)
 def rotation_gap(
     driving: Flank, driven: Flank, x: float, s: float, w: float
 ) -> tuple[float, float]:
@@ -44,85 +44,72 @@ def rotation_gap(
         such radius [m]
     s2 : path position of the driven flank's point [m]
     """
-    reach, q_n, q_u = _seen(driving, driven, x, s, w)
+    reach, q_n, q_u = seen(driving, driven, x, s, w)
     if math.isnan(reach):
         return math.inf, math.nan
-    turned = _turned(driven, reach, q_n, q_u)
+    turn = turned(driven, reach, q_n, q_u)
     best = math.inf
     where = math.nan
     for p in range(len(driven.piece) - 1):
         s2 = _point_reaching(driven, p, reach)
-        gap = x - s2 - turned
+        gap = x - s2 - turn
         if gap < best:
             best = gap
             where = s2
     return best, where
 
 
-@jit_inner
-def corner_gap(
-    driving: Flank, driven: Flank, x: float, s2: float, reach: float
-) -> tuple[float, float]:
+@jit_inner(counted=False)
+def corner_gap(  # type: ignore[no-untyped-def]
+    driving, driven, x, s2, reach, first, last, f_a, f_b
+):
     """Return how far a corner of the driven flank is ahead of the driving flank.
-
-    Of several pieces of the driving flank that it could touch, the one it touches first
-    counts.
 
     Parameters
     ----------
     driving, driven : the flanks
     x : position to which the driving gear has turned [m along the line of action]
     s2, reach : path position of the corner, and ``s2 + w`` there [m]
+    first, last : intervals of the driving flank on which it may touch, all of which
+        meet at their ends
+    f_a, f_b : by how much both ends of these reach further than the corner [m]
 
     Returns
     -------
-    gap : inf where the driving flank has no point at that distance from the driven
+    gap : inf where these intervals have no point at that distance from the driven
         gear's centre [m]
     s : path position of the driving flank's point [m]
     """
-    best = math.inf
-    where = math.nan
-    for p in range(len(driving.piece) - 1):
-        first = driving.piece[p]
-        last = driving.piece[p + 1] - 1
-        a = driving.start[first]
-        b = driving.start[last] + driving.width[last]
-        w_a = driving.shift[first, 0]
-        w_b = driving.shift[last, 1]
-        f_a = _excess_reach(driving, driven, x, a, w_a, reach)
-        f_b = _excess_reach(driving, driven, x, b, w_b, reach)
-        if not f_a * f_b <= 0.0:
-            continue
-        s = _crossing(driving, driven, x, reach, first, last, a, f_a, b, f_b)
-        w = _shift_within(driving, first, last, s)
-        _, q_n, q_u = _seen(driving, driven, x, s, w)
-        gap = x - s2 - _turned(driven, reach, q_n, q_u)
-        if gap < best:
-            best = gap
-            where = s
-    return best, where
+    if not f_a * f_b <= 0.0:
+        return math.inf, math.nan
+    a = driving.start[first]
+    b = driving.start[last] + driving.width[last]
+    s = _crossing(driving, driven, x, reach, first, last, a, f_a, b, f_b)
+    w = _shift_within(driving, first, last, s)
+    _, q_n, q_u = seen(driving, driven, x, s, w)
+    return x - s2 - turned(driven, reach, q_n, q_u), s
 
 
-@jit_inner
-def _excess_reach(driving, driven, x, s, w, reach):  # type: ignore[no-untyped-def]
+@jit_inner(counted=False)
+def excess_reach(driving, driven, x, s, w, reach):  # type: ignore[no-untyped-def]
     """Return by how much a driving point reaches further than ``reach`` [m].
 
     A point inside the driven base circle counts as one on it.
     """
-    reach_of_point, _, _ = _seen(driving, driven, x, s, w)
+    reach_of_point, _, _ = seen(driving, driven, x, s, w)
     if math.isnan(reach_of_point):
         reach_of_point = -driven.side * driven.curvature
     return reach_of_point - reach
 
 
-@jit_inner
+@jit_inner(counted=False)
 def _shift_within(flank, first, last, s):  # type: ignore[no-untyped-def]
     """Return w at s, taken from the intervals ``first`` to ``last`` alone [m]."""
     k = min(max(interval_of(flank, s), first), last)
     return shift_at(flank, k, s)[0]
 
 
-@jit_inner
+@jit_inner(counted=False)
 def _crossing(  # type: ignore[no-untyped-def]
     driving, driven, x, reach, first, last, a, f_a, b, f_b
 ):
@@ -138,7 +125,7 @@ def _crossing(  # type: ignore[no-untyped-def]
         if abs(s - previous) <= CLOSE:
             break
         w = _shift_within(driving, first, last, s)
-        f = _excess_reach(driving, driven, x, s, w, reach)
+        f = excess_reach(driving, driven, x, s, w, reach)
         if f * f_b <= 0.0:
             a = b
             f_a = f_b
@@ -194,11 +181,11 @@ def turned_to(driven, reach, q_n, q_u):  # type: ignore[no-untyped-def]
     return driven.side * driven.base_radius * np.arctan2(cross, dot)
 
 
-_seen = jit_inner(point_seen)
-_turned = jit_inner(turned_to)
+seen = jit_inner(point_seen, counted=False, forceinline=True)
+turned = jit_inner(turned_to, counted=False, forceinline=True)
 
 
-@jit_inner
+@jit_inner(counted=False)
 def _point_reaching(flank: Flank, p: int, reach: float) -> float:
     """Return s with ``s + w(s) = reach`` on one piece, NaN without."""
     low = flank.piece[p]
@@ -233,7 +220,7 @@ def _point_reaching(flank: Flank, p: int, reach: float) -> float:
     return s
 
 
-@jit_inner
+@jit_inner(counted=False)
 def along_normal(
     flank: Flank, s: float, w: float, slope: float
 ) -> tuple[float, float, float]:
@@ -333,7 +320,7 @@ def _solve(driving, driven, s):  # type: ignore[no-untyped-def]
     return partner, x_driving, x_driven
 
 
-@jit_inner
+@jit_inner(counted=False)
 def excess_distance(flank, s, a_n, a_u, d_n, d_u):  # type: ignore[no-untyped-def]
     """Return by how much the distance D of both centres is too large [m].
 
@@ -358,7 +345,7 @@ def excess_distance(flank, s, a_n, a_u, d_n, d_u):  # type: ignore[no-untyped-de
     return half_excess / math.hypot(d_n, d_u)
 
 
-@jit_inner
+@jit_inner(counted=False)
 def root_near(flank, start, a_n, a_u, d_n, d_u):  # type: ignore[no-untyped-def]
     """Return the root of `excess_distance` nearest to ``start``; NaN where it jumps.
 
