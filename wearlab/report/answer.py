@@ -37,6 +37,7 @@ class CaseAnswer(NamedTuple):
     flank : that is worn deepest at the end
     initial_depth : wear that this flank begins with [m]
     diameter : where it is worn deepest [m], 0 where that is not known
+    planet : that is worn deepest of planets that differ, 0 where they are alike
     """
 
     case: str
@@ -49,6 +50,7 @@ class CaseAnswer(NamedTuple):
     flank: str = ""
     initial_depth: float = 0.0
     diameter: float = 0.0
+    planet: int = 0
 
 
 class Reply(NamedTuple):
@@ -111,6 +113,7 @@ def answer(
     sentences = (
         *_sentences(cases, lives, len(worn), limit, range_factor),
         *_deepest_point(cases),
+        *_worn_planets(cases),
         *ended,
         *_initial_wear(cases, [run.case for run in listed]),
     )
@@ -216,10 +219,16 @@ def _deepest(store: Store | None, case: Case) -> dict[str, Any]:
         return {}
     flank = int(np.nanargmax(max_depth.isel(update=-1).values))
     initial_depth = float(max_depth.isel(update=0, flank=flank).values)
-    fields = {
+    fields: dict[str, Any] = {
         "flank": str(max_depth["flank"].values[flank]),
         "initial_depth": initial_depth if np.isfinite(initial_depth) else 0.0,
     }
+
+    if "planet_max_wear_depth" in run:
+        of_planets = run["planet_max_wear_depth"].isel(update=-1).max("flank")
+        fields["planet"] = int(
+            of_planets["planet"].values[np.argmax(of_planets.values)]
+        )
 
     depth = run.get("wear_depth")
     if depth is None or "diameter" not in run:
@@ -315,6 +324,16 @@ def _deepest_point(cases: Sequence[CaseAnswer]) -> Iterator[str]:
     )
     for flank, diameters in places.items():
         yield f"The {flank} is worn deepest at diameter {number_range(diameters)} mm."
+
+
+def _worn_planets(cases: Sequence[CaseAnswer]) -> Iterator[str]:
+    """Yield which planets are worn deepest where planets differ, and in which cases."""
+    names_by_planet = gathered((case.planet, case.case) for case in cases)
+    for planet, names in names_by_planet.items():
+        if planet:
+            more = ["…"] if len(names) > MAX_NAMED_CASES else []
+            named = ", ".join([*names[:MAX_NAMED_CASES], *more])
+            yield f"Of the planets, which differ, planet {planet} wears most ({named})."
 
 
 def _ended_otherwise(done: Sequence[tuple[str, Summary]]) -> list[str]:

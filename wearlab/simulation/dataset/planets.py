@@ -26,7 +26,7 @@ def planet_numbers(model: assembly.GearModel) -> label.Values:
     ----------
     model : the physics of the scene
     """
-    if model.coupling.planets is None:
+    if not model.gears.planets_are_apart:
         return {}
     return {"planet": np.arange(1, len(model.gears.angles) + 1)}
 
@@ -41,7 +41,7 @@ def planet_values(
     model : the physics of the scene
     life_history : the wear states that are stored
     """
-    if model.coupling.planets is None:
+    if not model.gears.planets_are_apart:
         return {}
     gears = model.gears
     states = life_history.state

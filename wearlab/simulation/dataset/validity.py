@@ -77,13 +77,24 @@ def _contact_flags(
 ) -> list[str]:
     """Return where the contact of the most deflected state leaves its range."""
     flags = list[str]()
-    for number, kind in enumerate(model.kinds):
+    for section in model.gears.sections:
+        alike = [
+            number
+            for number, kind in enumerate(model.gears.kinds)
+            if kind.section == section
+        ]
+        places = [
+            (number, at) for number in alike for at in range(len(life_history.state))
+        ]
         deflections = [
-            state.kind[number].static.deflection for state in life_history.state
+            life_history.state[at].kind[number].static.deflection
+            for number, at in places
         ]
         largest = [float(deflection.max()) for deflection in deflections]
         worst = largest.index(max(largest))
-        state = life_history.state[worst]
+        number, at = places[worst]
+        kind = model.kinds[number]
+        state = life_history.state[at]
         nodes = state.kind[number].flanks.nodes
         flags += assembly.contact.reached_limits(
             kind.pair,
