@@ -21,6 +21,7 @@ contact_patch = "none"
 until         = {{ depth = "20 um", flank = "pinion" }}
 snapshots     = {{ depth = ["2 um", "5 um", "10 um", "15 um"], flank = "pinion" }}
 [update]
+discrepancy = "none"
 draws = 500
 [update.unknown]
 "wear.coefficient.factor" = {{ lognormal = {{ median = 1.0, cov = 3.0 }} }}

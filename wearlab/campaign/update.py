@@ -157,7 +157,8 @@ def _read_unknown(table: dict[str, Any]) -> dict[str, distributions.Distribution
 def _not_together(block: UpdateBlock, unknown: Sequence[str]) -> Iterator[str]:
     """Yield which options do not go together, one line each."""
     drifts = [data.error.drift for data in block.data]
-    if block.discrepancy != "none" and all(drift is None for drift in drifts):
+    accumulates = block.discrepancy == "accumulating"
+    if accumulates and all(drift is None for drift in drifts):
         yield (
             f"{SECTION}.discrepancy: {block.discrepancy!r} needs error.drift in the "
             "data whose quantity "
@@ -217,9 +218,9 @@ def _not_of_a_fleet(block: UpdateBlock, unknown: Sequence[str]) -> Iterator[str]
             )
     if block.change != "none":
         yield f"{SECTION}.change: of a fleet, {POPULATION}.power below 1 is running-in"
-    if block.discrepancy != "none" or block.check is not None:
+    if block.discrepancy == "accumulating" or block.check is not None:
         yield (
-            f"{SECTION}: of a fleet, neither discrepancy nor check; wear strays by "
+            f"{SECTION}: of a fleet, neither accumulating nor check; wear strays by "
             f"{POPULATION}"
         )
     for number, data in enumerate(block.data):

@@ -585,9 +585,10 @@ class UpdateBlock(ClosedTable):
 
     limit: LimitBlock | None = None
     """the wear that ends the life [wear.until]"""
-    discrepancy: Literal["none", "accumulating"] = "none"
-    """what is wrong with the model itself: nothing, or noise that accumulates
-    (error.drift)"""
+    discrepancy: Literal["drifting-rate", "accumulating", "none"] = "drifting-rate"
+    """what may be wrong with the model itself: the wear rate drifts, as a power of the
+    cycles, by one change or by running-in; or noise accumulates (error.drift); or
+    nothing. Of a fleet, the rate drifts by update.population"""
     draws: Annotated[int, Ge(1), Le(MAX_DRAWS)] = 4000
     """draws from the posterior, and runs for unknowns besides wear's factor"""
     seed: Annotated[int, Ge(0), Lt(2**63)] = 0

@@ -10,13 +10,21 @@ from scipy.special import logsumexp
 from scipy.stats import norm
 
 from wearlab.arrays import Array, Flags, Index, Random
-from wearlab.updating import grids, layout, likelihood, sampling
+from wearlab.updating import (
+    grids,
+    layout,
+    likelihood,
+    misfit,
+    rate_drift,
+    sampling,
+)
 from wearlab.updating.cases import Subject, UpdateError
 from wearlab.updating.likelihood import Block, Blocks
 from wearlab.updating.lives import Answer
 from wearlab.updating.run_curves import RunHistory, Runs
 
 ACCUMULATING = "accumulating"
+DRIFTING = "drifting-rate"
 MAX_WIDENED = 60  # runs that contradicting sources are widened in
 # standard deviations of ln k between two files that contradict each other
 TENSION = 3.0
@@ -49,6 +57,8 @@ class UpdateOutcome:
     draws, prior_draws : from both
     checks : of every inspection
     courses : of each block, the probability of a course of its inspections as far off
+    misfits : of each block, the probability of a bend or break of the wear as clear
+    readings : what a steady and each drifting rate would make of the measurements
     sources : for each block that was measured, the answer without it; none where there
         is one block
     notes : what a reader must know
@@ -62,6 +72,8 @@ class UpdateOutcome:
     prior_draws: sampling.Draws
     checks: Sequence[sampling.Check]
     courses: dict[int, float]
+    misfits: dict[int, float]
+    readings: tuple[rate_drift.CourseReading, ...]
     sources: dict[int, Answer]
     notes: tuple[str, ...]
     stats: dict[str, float]
@@ -124,7 +136,7 @@ def answer_of(study: Subject, runs: Runs, blocks: Blocks) -> Answer:
         if block.drift is not None and block.measures(study.limit):
             drifting = n
             break
-    post = grids.Posterior(runs, blocks, study.prior)
+    post = grids.Posterior(_drifting(study, runs, blocks), blocks, study.prior)
     answer = Answer(post, now, drifting)
 
     measured = likelihood.measured_blocks(blocks)
@@ -140,6 +152,21 @@ def answer_of(study: Subject, runs: Runs, blocks: Blocks) -> Answer:
     if distance > TENSION and _widens(answer):
         return replace(answer, posterior=post.widened(separate))
     return answer
+
+
+def _drifting(study: Subject, runs: Runs, blocks: Blocks) -> Runs:
+    """Return the runs with those whose wear rate drifts, where it may.
+
+    Of several runs, of a change that is asked for, and of gears that were replaced,
+    they are as they are.
+    """
+    spec = study.spec
+    steady = [run for run in runs if run.course is None]
+    is_asked = spec.discrepancy == DRIFTING and study.prior is not None
+    changes = spec.change != "none" or bool(study.replaced)
+    if not is_asked or changes or len(steady) > 1:
+        return runs
+    return rate_drift.runs_with_drift(steady[0], blocks, study.prior)
 
 
 def without_values(blocks: Blocks, keep: Collection[int] = ()) -> tuple[Block, ...]:
@@ -172,6 +199,9 @@ def outcome_of(
     prior = answer_of(study, runs, without_values(blocks))
     prior_draws = sampling.draw(prior, study.spec.draws, rng)
     checks, courses = sampling.checks(draws)
+    misfits = misfit.misfits(answer.posterior)
+    seen = min(misfits.values(), default=1.0) < sampling.ALARM
+    readings = _readings(study, answer, seen)
 
     stats = _stats(study, answer)
     stats["prior_predictive_p"] = _prior_predictive_p(prior, prior_draws, blocks, rng)
@@ -184,10 +214,30 @@ def outcome_of(
         prior_draws=prior_draws,
         checks=checks,
         courses=courses,
+        misfits=misfits,
+        readings=readings,
         sources=_without_each_source(study, runs, answer),
         notes=tuple(_notes(study, answer, draws, stats, larger)),
         stats=stats,
     )
+
+
+def _readings(
+    study: Subject, answer: Answer, seen: bool
+) -> tuple[rate_drift.CourseReading, ...]:
+    """Return what each course of the wear rate would make of the measurements.
+
+    None of a steady rate that fits, where no drift is asked for.
+    """
+    post = answer.posterior
+    if any(run.course is not None for run in post.histories):
+        return rate_drift.readings_of(answer)
+    single = len(post.histories) == 1 and post.prior is not None
+    if not (seen and single) or study.replaced:
+        return ()
+    runs = rate_drift.runs_with_drift(post.histories[0], post.blocks, post.prior)
+    drifting = grids.Posterior(runs, post.blocks, post.prior)
+    return rate_drift.readings_of(replace(answer, posterior=drifting))
 
 
 def _without_each_source(
@@ -349,9 +399,18 @@ def _notes(
         "widened": _widens(answer),
         "oddities": odd,
         "hours": study.record and study.record.excess(a_year),
+        "steady": _is_taken_as_steady(study, post),
         "no_drift": study.limit.quantity if no_drift else "",
     }
     return layout.rendered("notes.txt", values)
+
+
+def _is_taken_as_steady(study: Subject, post: grids.Posterior) -> bool:
+    """Whether the rate may drift, but is taken as steady here."""
+    drifts = any(run.course is not None for run in post.histories)
+    measured = likelihood.measured_blocks(post.blocks)
+    is_asked = study.spec.discrepancy == DRIFTING and study.spec.change == "none"
+    return bool(measured) and is_asked and not drifts
 
 
 def _larger_errors(

@@ -161,6 +161,26 @@ class Posterior:
         vars(posterior).update(changed)
         return posterior
 
+    def of_runs(self, chosen: Index) -> "Posterior":
+        """Return what is known if one of some runs is right.
+
+        Parameters
+        ----------
+        chosen : numbers of the runs
+        """
+        by_run = ("nodes", "centre", "width", "place", "log_factor", "density", "below")
+        columns = {name: getattr(self, name)[chosen] for name in by_run}
+        probability = float(self.weight[chosen].sum())
+        return self.with_changes(
+            histories=tuple(self.histories[n] for n in chosen),
+            _all=np.arange(len(chosen)),
+            spreads=tuple((sd[chosen], drift[chosen]) for sd, drift in self.spreads),
+            log_evidence=self.log_evidence[chosen],
+            weight=self.weight[chosen] / probability,
+            mass=self.mass[chosen] / probability,
+            **columns,
+        )
+
     def updated_with(self, blocks: Blocks) -> "Posterior":
         """Return what is known after other observations.
 

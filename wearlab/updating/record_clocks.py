@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from wearlab.arrays import Array, Index
-from wearlab.updating import answers
+from wearlab.updating import answers, grids
 from wearlab.updating.cases import OperatingRecord, Subject
 from wearlab.updating.run_curves import Clock, RunCurve, RunHistory, Runs
 
@@ -143,5 +143,6 @@ def clocked_run(study: Subject, run: RunHistory, condition_runs: Runs) -> RunHis
             points[n] = points[n]._replace(clock=clock)
         clocked = replace(run, clock=clocks[1]._replace(off=off), points=tuple(points))
         blocks = answers.blocks_of(study, (clocked,))
-        factors = answers.answer_of(study, (clocked,), blocks).factor(ENDS)
+        posterior = grids.Posterior((clocked,), blocks, study.prior)
+        factors = posterior.factor(ENDS)
     return clocked

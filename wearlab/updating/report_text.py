@@ -212,6 +212,7 @@ def _case(groups: Mapping[str, xr.Dataset]) -> dict[str, Any]:
         "alarm": ALARM,
         "most": MAX_LISTED,
         "at": partial(_at, hours=hours, calendar=calendar),
+        "on": partial(_on, hours=hours, calendar=calendar),
         "foreseen": partial(_foreseen, calendar=calendar),
         "notes": _listed(stats),
         "checks": list(_checks(stats)),
@@ -223,6 +224,8 @@ def _case(groups: Mapping[str, xr.Dataset]) -> dict[str, Any]:
     }
     values["what_if"] = scenario_text.scenario_lines(predictions)
     values |= _costs(groups.get("decision", xr.Dataset()))
+    values["readings"] = list(_readings(stats))
+    values["drifts"] = stats.attrs.get("discrepancy") == "drifting-rate"
     if "end_of_life_quantile" in predictions:
         about = str(predictions["end_of_life_quantile"].attrs["long_name"])
         values["days"] = _days(predictions)
@@ -234,6 +237,21 @@ def _case(groups: Mapping[str, xr.Dataset]) -> dict[str, Any]:
     if "calibration" in groups:
         values["twins"] = _twins(groups["calibration"])
     return values
+
+
+def _readings(stats: xr.Dataset) -> Iterator[dict[str, Any]]:
+    """Yield what each course of the wear rate makes of the measurements."""
+    if "reading" not in stats:
+        return
+    for n, kind in enumerate(stats["reading"].values):
+        probability = float(stats["reading_probability"].values[n])
+        if np.isfinite(probability):
+            yield {
+                "kind": str(kind),
+                "probability": probability,
+                "life": stats["reading_life"].values[n],
+                "size": stats["reading_size"].values[n],
+            }
 
 
 def _next_inspection(ahead: xr.Dataset) -> dict[str, Any]:
@@ -299,6 +317,15 @@ def _at(cycle: float, hours: float, calendar: Calendar | None) -> str:
     if day is None or not abs(day) < LAST_DAY:
         return f"{cycle:>12.6g} cycles = {hours * cycle:.6g} h"
     return f"{day_text(day)} = {hours * cycle:.6g} h = {cycle:.6g} cycles"
+
+
+def _on(cycle: float, hours: float, calendar: Calendar | None) -> str:
+    """Return when that is, in one word: its day, else its hours, else its cycles."""
+    if calendar is not None:
+        return str(calendar.texts(np.array([cycle]))[0])
+    if not np.isfinite(cycle):
+        return NEVER
+    return f"{hours * cycle:.4g} h" if np.isfinite(hours) else f"{cycle:.4g} cycles"
 
 
 def _foreseen(cycle: float, rest: Array, calendar: Calendar | None) -> str:

@@ -226,6 +226,21 @@ class ObservationPoints(NamedTuple):
     since: Array | None = None
 
 
+class Course(NamedTuple):
+    """How the wear rate drifts over the time inspected (`rate_drift`).
+
+    Parameters
+    ----------
+    kind : power | change | running-in
+    size : ln of the power, or of the ratio of rates
+    place : share of the time inspected at which the rate changes
+    """
+
+    kind: str
+    size: float
+    place: float
+
+
 class Clock(NamedTuple):
     """Cycles of equal wear at a constant coefficient and load over real cycles.
 
@@ -287,6 +302,7 @@ class RunHistory:
     draw : which draw it is of the unknowns that cost runs
     log_weight : ln of how much more often it was drawn than its prior has it
     new_at : cycle at which the gear that ends the life was new [start]
+    course : of its wear where the rate drifts, None where it is steady
     """
 
     id: str
@@ -306,6 +322,7 @@ class RunHistory:
     draw: int = 0
     log_weight: float = 0.0
     new_at: float | None = None
+    course: Course | None = None
 
     @property
     def new_cycle(self) -> float:

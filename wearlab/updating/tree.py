@@ -485,6 +485,14 @@ def _statistics(outcome: UpdateOutcome) -> xr.Dataset:
     if outcome.study.costly:
         ids = [run.id for run in outcome.posterior.histories]
         values |= {"run_weight": outcome.posterior.weight, "run_id": ids}
+    if outcome.readings:
+        kinds, probabilities, lives, sizes = zip(*outcome.readings, strict=True)
+        values |= {
+            "reading": np.array(kinds, dtype=object),
+            "reading_probability": list(probabilities),
+            "reading_life": np.stack(lives),
+            "reading_size": np.stack(sizes),
+        }
     parts = [layout.dataset("statistics", values)]
     for number in range(len(outcome.posterior.blocks)):
         block_checks = [check for check in outcome.checks if check.block == number]
@@ -503,6 +511,8 @@ def _statistics(outcome: UpdateOutcome) -> xr.Dataset:
             }
         if number in outcome.courses:
             block_values["course_p_*"] = outcome.courses[number]
+        if number in outcome.misfits:
+            block_values["misfit_p_*"] = outcome.misfits[number]
         if number in outcome.sources:
             block_values["remaining_without_*"] = outcome.sources[number].remaining(
                 layout.P[[0, 2, 4]]
@@ -512,4 +522,5 @@ def _statistics(outcome: UpdateOutcome) -> xr.Dataset:
                 [f"cycle_{name}"] if block_checks else []
             )
         )
-    return xr.merge(parts, **layout.MERGED)
+    merged = xr.merge(parts, **layout.MERGED)
+    return merged.assign_attrs(discrepancy=outcome.study.spec.discrepancy)

@@ -1,0 +1,102 @@
+"""What a drifting wear rate is worth: ``python tests/benchmarks/update_laws.py
+[docs/update.md] [sets]``.
+
+Sets of eight readings of wear by other laws than the model's (`laws.py`),
+the sd of their error known and unknown: how often the 90 % interval holds the life, how
+wide it is, the ranked probability score beside three baselines, how often a misfit is
+said. The table is printed, and written between its marks into a file that is named.
+"""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "updating"))
+
+from laws import (
+    BASELINES,
+    ERRORS,
+    LAWS,
+    Law,
+    f_test,
+    misfit_of,
+    posteriors,
+    told,
+    with_steady_share,
+)
+
+from wearlab.updating.sampling import ALARM
+
+SETS = 200
+FRONTIER = (0.75, 0.9)  # probabilities of a steady rate, besides the package's
+BEGIN, END = "<!-- made by tests/benchmarks/update_laws.py -->", "<!-- laws end -->"
+HEADS = (
+    "law",
+    "sd",
+    "steady: held",
+    "drifting: held",
+    "times as wide",
+    *(f"steady to {share:.0%}: held, wide".replace("%", " %") for share in FRONTIER),
+    "score over the best baseline's, steady",
+    "drifting",
+    "misfit said",
+    "F test",
+)
+
+
+def row(name: str, law: Law, known: str, sets: int) -> str:
+    """Return the row of a law with one error model."""
+    held = []
+    width = []
+    scores = []
+    alarms = []
+    for seed in range(sets):
+        value = law.drawn(seed)
+        steady, drifting = posteriors(value, ERRORS[known])
+        answers = [told(steady), told(drifting)]
+        answers += [told(with_steady_share(drifting, share)) for share in FRONTIER]
+        held.append([answer.holds for answer in answers])
+        width.append([answer.width / answers[0].width for answer in answers])
+        baselines = [baseline(value).crps for baseline in BASELINES]
+        scores.append([answers[0].crps, answers[1].crps, *baselines])
+        alarms.append([misfit_of(steady) < ALARM, f_test(value) < ALARM])
+    shares = 100.0 * np.mean(held, axis=0)
+    widths = np.median(width, axis=0)
+    of_steady, of_drifting, *of_baselines = np.mean(scores, axis=0)
+    said = 100.0 * np.mean(alarms, axis=0)
+    cells = [
+        name,
+        known,
+        f"{shares[0]:.0f} %",
+        f"{shares[1]:.0f} %",
+        f"{widths[1]:.2f}",
+        *(f"{shares[n]:.0f} %, {widths[n]:.2f}" for n in (2, 3)),
+        f"{of_steady / min(of_baselines):.2f}",
+        f"{of_drifting / min(of_baselines):.2f}",
+        *(f"{share:.0f} %" for share in said),
+    ]
+    return f"| {' | '.join(cells)} |"
+
+
+def main(file: Path | None, sets: int) -> None:
+    """Print the table; write it between its marks."""
+    lines = [f"| {' | '.join(HEADS)} |", "|" + "---|" * len(HEADS)]
+    for name, law in LAWS.items():
+        for known in ERRORS:
+            lines.append(row(name, law, known, sets))
+            print(lines[-1], flush=True)
+    if file is not None:
+        text = file.read_text(encoding="utf-8")
+        head, _, rest = text.partition(BEGIN)
+        _, _, tail = rest.partition(END)
+        file.write_text(
+            "\n".join([head + BEGIN, "", *lines, "", END + tail]), encoding="utf-8"
+        )
+
+
+if __name__ == "__main__":
+    main(
+        Path(sys.argv[1]) if len(sys.argv) > 1 and sys.argv[1] != "-" else None,
+        int(sys.argv[2]) if len(sys.argv) > 2 else SETS,
+    )

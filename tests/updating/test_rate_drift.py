@@ -1,0 +1,244 @@
+"""A wear rate that drifts: its courses, what is known with them, and misfits."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from laws import (
+    ERRORS,
+    LAST,
+    LAWS,
+    LIFE,
+    PRIOR,
+    SD,
+    TIMES,
+    f_test,
+    misfit_of,
+    posteriors,
+    told,
+)
+from made import LIMIT, RATE, ErrorModel, blocks, history, observed, study
+from scipy import stats
+
+from wearlab.campaign.update_options import UpdateBlock
+from wearlab.updating import grids, rate_drift
+from wearlab.updating.answers import outcome_of
+from wearlab.updating.lives import Answer
+from wearlab.updating.run_curves import Course
+from wearlab.updating.sampling import ALARM
+
+WIDE = {"lognormal": {"median": 1.0, "cov": 14.0}}
+DRIFTING = "drifting-rate"
+P = np.array([0.05, 0.25, 0.5, 0.75, 0.95])
+
+
+def test_it_is_the_default():
+    assert UpdateBlock.model_fields["discrepancy"].default == DRIFTING
+
+
+def test_courses_are_those_of_closed_forms():
+    x = np.array([0.0, 0.2, 0.5, 1.0, 2.0])
+    passed = rate_drift.wear_passed
+    assert passed("power", np.log(1.5), 1.0, x) == pytest.approx(x**1.5)
+    doubled = np.array([0.0, 0.2, 0.6, 1.6, 3.6]) / 1.6
+    assert passed("change", np.log(2.0), 0.4, x) == pytest.approx(doubled)
+    early = passed("running-in", np.log(5.0), 0.1, x)
+    extra = 0.4 * (1.0 - np.exp(-10.0 * x))
+    assert early == pytest.approx((x + extra) / (1.0 + extra[3]))
+    for kind, place in (("power", 1.0), ("change", 0.4), ("running-in", 0.1)):
+        assert passed(kind, 0.3, place, 1.0) == pytest.approx(1.0)
+        assert passed(kind, 0.0, place, x) == pytest.approx(x)
+
+
+def test_a_run_with_a_course_wears_by_it():
+    """At the readings exactly, and beyond them, by the closed form."""
+    seen = (observed(TIMES * LIFE, np.zeros(8), ErrorModel(SD)),)
+    made = blocks(seen)
+    run = history(seen, end=4e6)
+    drifting = rate_drift.with_course(run, Course("power", np.log(1.5), 1.0), made)
+    last = LAST * LIFE
+    wear = drifting.limit.at(drifting.equivalent_cycle(TIMES * LIFE, np.array(1.3)))
+    expected = RATE * 1.3 * last * (TIMES / LAST) ** 1.5
+    assert wear == pytest.approx(expected, rel=1e-12)
+    life = last * (LIMIT.value / (RATE * 1.3 * last)) ** (1.0 / 1.5)
+    assert float(drifting.life(np.array(1.3))) == pytest.approx(life, rel=2e-4)
+
+
+def by_quadrature(value):
+    """Return quantiles of the life by sums over all courses of an own, dense grid.
+
+    The wear is straight, the prior of ln factor so wide that it is flat.
+    """
+    size = {
+        "power": np.linspace(-0.8, 0.8, 801),
+        "change": np.linspace(-3.0, 3.0, 301),
+        "running-in": np.linspace(1e-3, 4.0, 301),
+    }
+    scale = {"power": 0.125, "change": 0.5, "running-in": 1.0}
+    places = {
+        "power": [1.0],
+        "change": (np.arange(16) + 0.5) / 16,
+        "running-in": np.geomspace(0.01, 0.3, 7),
+    }
+    shares = np.concatenate([TIMES / LAST, np.geomspace(1.0, 4.0, 900)])
+    courses = [shares[None]]
+    weights = [np.array([0.5])]
+    for kind, sizes in size.items():
+        law = stats.t(3.0, scale=scale[kind]).pdf(sizes)
+        for place in places[kind]:
+            r = np.exp(sizes)[:, None]
+            if kind == "power":
+                course = shares**r
+            elif kind == "change":
+                course = np.minimum(shares, place) + r * np.maximum(shares - place, 0)
+            else:
+                course = shares + (r - 1.0) * place * (1.0 - np.exp(-shares / place))
+            courses.append(course / course[:, [7]])
+            weights.append(law / law.sum() / 6.0 / len(places[kind]))
+    course = np.concatenate(courses)
+    model = course[:, :8]
+    weight = np.concatenate(weights)
+
+    squares = np.sum(model**2, axis=1)
+    best = model @ value / squares
+    rest = np.sum((value - best[:, None] * model) ** 2, axis=1)
+    logs = np.log(weight) - 0.5 * rest / SD**2 - 0.5 * np.log(squares) - np.log(best)
+    mass = np.exp(logs - logs.max())
+    sd = SD / np.sqrt(squares)
+    needed = LIMIT.value / course[:, 8:]
+    z = (best[:, None] - needed) / sd[:, None]
+    below = (mass / mass.sum()) @ stats.norm.cdf(z)
+    return np.interp(P, below, LAST * shares[8:])
+
+
+@pytest.mark.parametrize(
+    "name", ["cycles, as the model", "cycles^1.5", "load doubled at 0.4 of life"]
+)
+def test_lives_are_those_of_a_dense_quadrature(name):
+    """Within a tenth of the 90 % interval, in every quantile."""
+    value = LAWS[name].drawn(3)
+    _, drifting = posteriors(value, ERRORS["known"])
+    mine = Answer(drifting, LAST * LIFE, None).life(P) / LIFE
+    theirs = by_quadrature(value)
+    assert np.abs(mine - theirs).max() < 0.1 * (theirs[-1] - theirs[0])
+
+
+@pytest.mark.parametrize("known", ["known", "unknown"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        "cycles^0.6",
+        "cycles^1.5",
+        "load doubled at 0.4 of life",
+        "running-in, a quarter of the wear",
+    ],
+)
+def test_lives_of_other_laws_are_held(name, known):
+    """Were held in none of 40 by a steady rate."""
+    sets = 6
+    pairs = [posteriors(LAWS[name].drawn(seed), ERRORS[known]) for seed in range(sets)]
+    assert sum(told(steady).holds for steady, _ in pairs) <= 1
+    held = sum(told(drifting).holds for _, drifting in pairs)
+    assert held >= stats.binom(sets, 0.8).ppf(0.01)
+
+
+def test_no_reading_switches_the_interval():
+    """Its ends move by little with each step of a reading, where they move most."""
+    value = LAWS["cycles, as the model"].drawn(1)
+    ends = []
+    for off in np.linspace(4.2, 5.4, 13) * SD:
+        moved = value + off * (np.arange(8) == 6)
+        _, drifting = posteriors(moved, ERRORS["known"])
+        ends.append(told(drifting).quantile[:2])
+    steps = np.abs(np.diff(ends, axis=0)).max(axis=1)
+    width = np.diff(ends, axis=1)[:-1, 0]
+    assert (steps / width).max() < 0.2
+
+
+def test_what_is_known_before_has_the_probabilities_of_the_prior():
+    seen = (observed(TIMES * LIFE, np.zeros(8), ErrorModel(SD)),)
+    (block,) = blocks(seen)
+    nothing = (replace(block, rows=block.rows[:0]),)
+    runs = rate_drift.runs_with_drift(history(seen, end=4e6), nothing, PRIOR)
+    posterior = grids.Posterior(runs, nothing, PRIOR)
+    assert posterior.weight[0] == pytest.approx(0.5, abs=0.01)
+    by_kind = {kind: 0.0 for kind in rate_drift.PLACES}
+    for run, weight in zip(runs[1:], posterior.weight[1:], strict=True):
+        by_kind[run.course.kind] += weight
+    assert list(by_kind.values()) == pytest.approx([1 / 6] * 3, abs=0.1)
+
+
+@pytest.mark.parametrize("name", ["cycles^0.6", "cycles^1.2", "cycles^1.5"])
+def test_misfits_are_seen_as_by_an_f_test(name):
+    """Whatever the sd: within ten points of a test for this very curve."""
+    sets = 40
+    found = []
+    for seed in range(sets):
+        value = LAWS[name].drawn(seed)
+        steady, _ = steady_of(value)
+        found.append((misfit_of(steady) < ALARM, f_test(value) < ALARM))
+    mine, theirs = np.mean(found, axis=0)
+    assert mine >= theirs - 0.1
+
+
+def steady_of(value, error=None):
+    seen = (observed(TIMES * LIFE, value, error or ERRORS["unknown"]),)
+    made = blocks(seen)
+    return grids.Posterior([history(seen, end=4e6)], made, PRIOR), seen
+
+
+@pytest.mark.parametrize("known", ["known", "unknown"])
+def test_misfits_of_clean_sets_are_not_said(known):
+    alarms = 0
+    sets = 150
+    for seed in range(sets):
+        value = LAWS["cycles, as the model"].drawn(1000 + seed)
+        alarms += misfit_of(steady_of(value, ERRORS[known])[0]) < ALARM
+    assert alarms <= stats.binom(sets, ALARM).ppf(0.99)
+
+
+def test_what_the_data_read_as_is_said():
+    """Which course, how probable, and the life if it is right."""
+    for name, kinds in (
+        ("cycles^1.5", ("power", "change")),
+        ("load doubled at 0.4 of life", ("change",)),
+        ("running-in, a quarter of the wear", ("running-in",)),
+    ):
+        _, seen = steady_of(LAWS[name].drawn(2), ERRORS["known"])
+        asked = study(WIDE, seen, DRIFTING, draws=100)
+        outcome = outcome_of(asked, (history(seen, end=4e6),))
+        first = outcome.readings[0]
+        assert first.kind in kinds
+        assert first.life[0] < 1.05 * LIFE
+        assert first.life[2] > 0.95 * LIFE
+        assert outcome.misfits[0] < ALARM
+        assert sum(r.probability for r in outcome.readings) == pytest.approx(
+            1.0, abs=0.01
+        )
+
+
+def test_a_steady_rate_keeps_what_it_said_and_names_the_misfit():
+    """discrepancy = none: the answer as before, with the readings beside it."""
+    _, seen = steady_of(LAWS["cycles^1.5"].drawn(2), ERRORS["known"])
+    outcome = outcome_of(study(WIDE, seen, draws=100), (history(seen, end=4e6),))
+    steady, _ = posteriors(LAWS["cycles^1.5"].drawn(2), ERRORS["known"])
+    expected = Answer(steady, LAST * LIFE, None).life(P)
+    assert outcome.answer.life(P) == pytest.approx(expected, rel=1e-9)
+    assert outcome.readings[0].kind in ("power", "change")
+
+
+def test_many_readings_count_with_few_courses():
+    """Twenty thousand depths that go faster and faster, in a few seconds."""
+    rng = np.random.default_rng(4)
+    cycles = np.linspace(1e3, LAST * LIFE, 20_000)
+    wear = LIMIT.value * (cycles / LIFE) ** 1.2
+    value = wear + SD * rng.standard_normal(len(cycles))
+    seen = (observed(cycles, value, ErrorModel(SD)),)
+    made = blocks(seen)
+    runs = rate_drift.runs_with_drift(history(seen, end=4e6), made, PRIOR)
+    assert len(runs) <= 1 + rate_drift.MAX_RUNS_OF_MANY
+    posterior = grids.Posterior(runs, made, PRIOR)
+    low, high = Answer(posterior, LAST * LIFE, None).life(P[[0, -1]]) / LIFE
+    assert low < 1.005
+    assert high > 0.995
+    assert high - low < 0.05

@@ -1,0 +1,139 @@
+"""Whether wear bends away from the run's course, or breaks, whatever the error's sd.
+
+Next to the model that fits best, m, with its slope J by ln of the factor, values may
+follow one more power of the cycles, J x, or have broken at an inspection p, J max(1 −
+p/x, 0), x being the share of the wear until now. Each is one more column of a weighted
+regression, and its F grows with the share of the rest that it explains,
+
+    (q·r)²/|r|² = F/(F + n − 2),
+
+q being what is new in that column, of length 1. The largest of these shares is compared
+with that of random residuals, so that all columns together raise one false alarm. The
+sd drops out.
+"""
+
+from typing import Any
+
+import numpy as np
+from scipy.stats import beta
+
+from wearlab.arrays import Array
+from wearlab.updating.grids import Posterior
+from wearlab.updating.likelihood import Block, inspections_of, measured_blocks, modelled
+from wearlab.updating.run_curves import RunHistory
+
+MIN_INSPECTIONS = 5
+MOST_INSPECTIONS = 60  # of more, neighbouring ones are taken as one
+RANDOM_SETS = 2000  # of residuals, with whose shares that of the data is compared
+SEED = 58
+NEARBY = 1e-4  # in ln factor, over which slopes are taken
+STEPS = 4  # to the factor that fits best
+SMALLEST = 1e-12  # of a column's length, below which nothing in it is new
+
+
+def misfits(posterior: Posterior) -> dict[int, float]:
+    """Return how probable a bend or break as clear is by chance, of each block.
+
+    Only of blocks with inspections enough.
+
+    Parameters
+    ----------
+    posterior : of runs, the first of which has a steady rate
+    """
+    found: dict[int, float] = {}
+    run = posterior.histories[0]
+    if posterior.prior is None:
+        return found
+    for number in measured_blocks(posterior.blocks):
+        p = _misfit(posterior.blocks[number], run, number, posterior)
+        if p is not None:
+            found[number] = p
+    return found
+
+
+def _misfit(
+    block: Block, run: RunHistory, number: int, posterior: Posterior
+) -> float | None:
+    """Return the probability of a bend or break as clear, None of too few."""
+    observed = block.observed
+    if observed.censored[block.rows].any():
+        return None
+    times = inspections_of(block, run, number, MOST_INSPECTIONS)
+    if len(times) < MIN_INSPECTIONS:
+        return None
+
+    parts = [time.values for time in times]
+    sd = float(np.exp(np.median(posterior.spreads[number][0][0])))
+    model, slope = _best_fit(block, run, number, sd, float(posterior.centre[0]))
+    error = block.data.error
+    variance = sd**2 + observed.sd[block.rows] ** 2 + (block.relative * model) ** 2
+    weight = 1.0 / np.maximum(variance, 1e-300)
+
+    def mean(values: Array) -> Array:
+        """Return the weighted mean of values of each inspection."""
+        sums = [np.sum(values[part] * weight[part]) for part in parts]
+        return np.array(sums) / total
+
+    total = np.array([weight[part].sum() for part in parts])
+    rest = mean(observed.value[block.rows] - model)
+    root = 1.0 / np.sqrt(1.0 / total + error.offset_sd**2)
+    points = run.points[number]
+    share = run.equal(np.array([time.cycle for time in times]), points.clock)
+    columns = _columns(share / share[-1], mean(slope))
+    return _probability(rest * root, mean(slope) * root, columns * root)
+
+
+def _best_fit(
+    block: Block, run: RunHistory, number: int, sd: float, start: float
+) -> tuple[Array, Array]:
+    """Return the model that fits best and its slope by ln factor, of each value."""
+    value = block.observed.value[block.rows]
+    column_variance = block.observed.sd[block.rows] ** 2
+    log_factor = start
+    for _ in range(STEPS):
+        model = modelled(block, run, number, np.exp(np.array(log_factor)))
+        nearby = modelled(block, run, number, np.exp(np.array(log_factor + NEARBY)))
+        slope = (nearby - model) / NEARBY
+        variance = sd**2 + column_variance + (block.relative * model) ** 2
+        weighted = slope / np.maximum(variance, 1e-300)
+        step = np.sum(weighted * (value - model)) / np.sum(weighted * slope)
+        log_factor += float(np.clip(step, -0.5, 0.5))
+    return model, slope
+
+
+def _columns(share: Array, slope: Array) -> Array:
+    """Return what is added to the model: one more power, and breaks, (columns, n)."""
+    last = len(share) - 2
+    breaks = [
+        np.maximum(1.0 - share[n] / np.maximum(share, share[0]), 0.0)
+        for n in range(1, last)
+    ]
+    return np.stack([share, *breaks]) * slope
+
+
+def _probability(rest: Array, slope: Array, columns: Array) -> float:
+    """Return how probable it is that random residuals are explained as well.
+
+    All are divided by the errors of inspections, up to a common scale.
+    """
+    along = slope / np.linalg.norm(slope)
+    new = columns - np.outer(columns @ along, along)
+    length = np.linalg.norm(new, axis=1)
+    is_new = length > SMALLEST * np.linalg.norm(columns, axis=1)
+    directions = new[is_new] / length[is_new, None]
+
+    def explained(residuals: Array) -> Any:
+        """Return the largest share that a column explains, of each row."""
+        beside = residuals - np.outer(residuals @ along, along)
+        squares = np.sum(beside**2, axis=1)
+        shares = (beside @ directions.T) ** 2 / np.maximum(squares, 1e-300)[:, None]
+        return shares.max(axis=1)
+
+    seen = float(explained(rest[None])[0])
+    rng = np.random.default_rng(SEED)
+    by_chance = explained(rng.standard_normal((RANDOM_SETS, len(rest))))
+    simulated = (np.sum(by_chance >= seen) + 0.5) / RANDOM_SETS
+    # of a share that hardly any has, the sum of all columns' probabilities
+    freedom = len(rest) - 2
+    together = len(directions) * beta.sf(seen, 0.5, 0.5 * freedom)
+    return float(min(simulated, together, 1.0))
