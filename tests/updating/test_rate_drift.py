@@ -26,6 +26,7 @@ from wearlab.updating.answers import outcome_of
 from wearlab.updating.lives import Answer
 from wearlab.updating.run_curves import Course
 from wearlab.updating.sampling import ALARM
+from wearlab.updating.scenarios import changed_clock
 
 WIDE = {"lognormal": {"median": 1.0, "cov": 14.0}}
 DRIFTING = "drifting-rate"
@@ -62,6 +63,18 @@ def test_a_run_with_a_course_wears_by_it():
     assert wear == pytest.approx(expected, rel=1e-12)
     life = last * (LIMIT.value / (RATE * 1.3 * last)) ** (1.0 / 1.5)
     assert float(drifting.life(np.array(1.3))) == pytest.approx(life, rel=2e-4)
+
+
+def test_a_scenario_of_the_same_load_changes_no_life():
+    """The rate drifts on, at a pace that is not the mean one."""
+    seen = (observed(TIMES * LIFE, np.zeros(8), ErrorModel(SD)),)
+    run = history(seen, end=4e6)
+    for course in (Course("power", np.log(1.5), 1.0), Course("change", 0.7, 0.4)):
+        drifting = rate_drift.with_course(run, course, blocks(seen))
+        clock = changed_clock(drifting, run, LAST * LIFE, 1.0)
+        same = replace(drifting, clock=clock)
+        life = float(drifting.life(np.array(1.0)))
+        assert float(same.life(np.array(1.0))) == pytest.approx(life, rel=2e-3)
 
 
 def by_quadrature(value):
