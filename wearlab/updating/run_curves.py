@@ -266,6 +266,17 @@ class Clock(NamedTuple):
             np.maximum(cycle, self.cycle[0]), self.cycle, self.equal, rate
         )
 
+    def at_pace(self, cycle: Array, equal: Array) -> Array:
+        """Return cycles of equal wear where the rate drifts as on this clock, (n,).
+
+        Parameters
+        ----------
+        cycle : (n+1,) real cycles, after the last inspection
+        equal : (n+1,) cycles of equal wear then at a steady rate
+        """
+        pace = np.diff(self(cycle)) / np.diff(cycle)
+        return np.asarray(equal[0] + np.cumsum(pace * np.diff(equal)))
+
     def inverse(self, equal: Array) -> Array:
         """Return the real cycles.
 

@@ -13,7 +13,6 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from wearlab.arrays import Array
 from wearlab.campaign.scenario import Scenario, scene_of
 from wearlab.units import HOUR
 from wearlab.updating import answers, layout
@@ -166,22 +165,9 @@ def changed_clock(
     known = np.append(before, begin)
     equal_before = run.start + run.equal(known)
     if run.course is not None:
-        equal = _at_pace(
-            clock, np.append(begin, cycle), np.append(equal_before[-1], equal)
-        )
+        from_begin = np.append(equal_before[-1], equal)
+        equal = clock.at_pace(np.append(begin, cycle), from_begin)
     return Clock(np.append(known, cycle), np.append(equal_before, equal), clock.off)
-
-
-def _at_pace(clock: Clock, cycle: Array, equal: Array) -> Array:
-    """Return cycles of equal wear after the first, where the rate drifts on.
-
-    Parameters
-    ----------
-    clock : of the drifting rate, that of a steady one beyond the last inspection
-    cycle, equal : (n+1,) from the scenario's begin on, at a steady rate
-    """
-    pace = np.diff(clock(cycle)) / np.diff(cycle)
-    return np.asarray(equal[0] + np.cumsum(pace * np.diff(equal)))
 
 
 def _quantiles(
