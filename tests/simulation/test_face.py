@@ -197,6 +197,27 @@ def test_wide_helical_pairs_transmit_as_the_length_of_their_lines(
     assert run.ste_peak_to_peak.item() == pytest.approx(exact, rel=5e-3)
 
 
+@pytest.mark.parametrize("degrees", [0.0, 25.0])
+def test_estimates_of_a_face_cover_what_more_slices_change(degrees):
+    """Of a run without a life, too: transmission error, K_Hβ and stiffness."""
+    wide = {
+        "gears": external_pair(30, 41, module="2 mm", face_width="40 mm"),
+        "operation": {"torque": "100 N*m", "speed": "1000 rpm"},
+        "mesh": {"misalignment": "20 um", "face_coupling": "pasternak"},
+    }
+    wide["gears"]["helix_angle"] = f"{degrees} deg"
+    run = simulate(Scene.from_mapping(wide))
+    finer = simulate(Scene.from_mapping(wide).replace({"mesh.face_points": 218}))
+    for name, estimate in (
+        ("ste_peak_to_peak", "error_estimate_transmission_error"),
+        ("ste_mean", "error_estimate_transmission_error"),
+        ("face_load_factor", "error_estimate_face_load_factor"),
+        ("stiffness_mean", "error_estimate_stiffness"),
+    ):
+        error = abs(run[name].item() - finer[name].item())
+        assert error < run[estimate].item() < 0.2 * run[name].item(), name
+
+
 def test_whole_overlap_without_coupling_transmits_evenly():
     """Even stiffness along the path, slices apart, as many as the
     lattice has nodes to a pitch.

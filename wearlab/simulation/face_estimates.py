@@ -15,6 +15,11 @@ from wearlab.life import coupled, history
 from wearlab.mesh.face.grid import FaceGrid
 from wearlab.simulation import companion_runs, operating
 from wearlab.simulation.estimates import Estimates, steps_error
+from wearlab.simulation.face_period_estimates import (
+    face_periods_along_life,
+    line_loads,
+    static_loads,
+)
 
 WEIGHT = 0.5
 """Of the rougher twin's change of rate: a third is what halving a grid of second order
@@ -64,9 +69,17 @@ def estimated_over_face(
     inherited : error of the wear that the run starts from [m]
     """
     life = life_history.life
-    if life is None:
-        return Estimates(None, None, None)
     first = stage.first
+    if life is None:
+        with first.coupling.account.timed("estimates"):
+            rougher = [rougher_over_face(parts) for parts in stage.parts]
+            grids = _grids(first), _grids(rougher[0])
+            wear = _on_other_nodes(life_history.state[0], *grids)
+            rough_loads = [[static_loads(rough, wear)] for rough in rougher]
+            period = face_periods_along_life(
+                stage.parts, rougher, life_history, rough_loads
+            )
+        return Estimates(None, None, None, period=period)
     ends = [life_history.state[0], life_history.state[-1]]
     with first.coupling.account.timed("estimates"):
         rougher = [rougher_over_face(parts) for parts in stage.parts]
@@ -76,6 +89,13 @@ def estimated_over_face(
             for state, twin in zip(ends, rough_ends, strict=True)
         ]
         share = _weight(first) * max(differences)
+        rough_loads = [
+            [line_loads(state.conditions[block]) for state in rough_ends]
+            for block in range(len(rougher))
+        ]
+        period = face_periods_along_life(
+            stage.parts, rougher, life_history, rough_loads
+        )
 
     force = None
     if ends[0].responses:
@@ -94,7 +114,15 @@ def estimated_over_face(
     of_life = None
     if life.worn_out:
         of_life = life.error_estimate_life + share * float(life.cycle[-1])
-    return Estimates(depth, force, of_life)
+    return Estimates(depth, force, of_life, period=period)
+
+
+def _on_other_nodes(
+    state: coupled.WearState, grids: list[FaceGrid], targets: list[FaceGrid]
+) -> tuple[Array, ...]:
+    """Return the wear of a state at the slices and nodes of other grids [m]."""
+    of_kinds = zip(state.wear, grids, targets, strict=True)
+    return tuple(moved(depth, grid, target) for depth, grid, target in of_kinds)
 
 
 def _on_rougher_nodes(
@@ -108,8 +136,7 @@ def _on_rougher_nodes(
     rough_grids = _grids(rougher[0])
     rough = []
     for state in states:
-        of_kinds = zip(state.wear, grids, rough_grids, strict=True)
-        wear = tuple(moved(depth, grid, target) for depth, grid, target in of_kinds)
+        wear = _on_other_nodes(state, grids, rough_grids)
         rough.append(together.evaluate(wear))
     return rough
 

@@ -37,10 +37,12 @@ class PeriodErrors(NamedTuple):
         [N/m]
     transmission_error : of mean, RMS, harmonics, largest value and peak to peak of the
         static transmission error, the largest of all [m]
+    face_load_factor : of K_Hβ; None where flanks have no width [1]
     """
 
     stiffness: Any
     transmission_error: Any
+    face_load_factor: Any = None
 
     @classmethod
     def unknown(cls, updates: int) -> Self:
@@ -189,8 +191,6 @@ def between_samples(
     cycle : (n_updates,) cycles of the states [1]
     at_cycles, errors : (k,) cycles of some states, ascending, and their errors
     """
-    stiffness, transmission_error = np.transpose(errors)
-    return PeriodErrors(
-        np.interp(cycle, at_cycles, stiffness),
-        np.interp(cycle, at_cycles, transmission_error),
-    )
+    known = [[error for error in of_state if error is not None] for of_state in errors]
+    rows = np.transpose(known)
+    return PeriodErrors(*(np.interp(cycle, at_cycles, row) for row in rows))

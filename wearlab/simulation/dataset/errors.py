@@ -121,6 +121,9 @@ def condition_error_values(
         values["error_estimate_stiffness"] = of_period.stiffness[-updates:]
         transmission_error = of_period.transmission_error[-updates:]
         values["error_estimate_transmission_error"] = transmission_error
+        if of_period.face_load_factor is not None:
+            factor = of_period.face_load_factor[-updates:]
+            values["error_estimate_face_load_factor"] = factor
 
     if errors.force is None:
         return values

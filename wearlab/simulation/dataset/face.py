@@ -10,7 +10,7 @@ from wearlab import assembly
 from wearlab.arrays import Array
 from wearlab.gears.helix import overlap_ratio
 from wearlab.life import coupled, face_coupling
-from wearlab.mesh.face.contact import FaceContact
+from wearlab.mesh.face.contact import FaceContact, LineLoads
 from wearlab.simulation import label
 from wearlab.simulation.dataset.coordinates import States
 from wearlab.simulation.dataset.mesh_period import (
@@ -107,15 +107,7 @@ def contact_of_lines(
     tangent = [lines.tangent for lines in loads]
     deflection = [lines.deflection for lines in loads]
     unloaded = [lines.unloaded for lines in loads]
-    phase = grid.phase + on_clock.lag
-    of_states = [
-        PeriodContact(
-            stiffness=PeriodSamples(phase, grid.weight, lines.tangent),
-            error=PeriodSamples(phase, grid.weight, lines.deflection),
-            further_error=lines.deflection,
-        )
-        for lines in loads
-    ]
+    of_states = [contact_over_period(contact, lines, on_clock.lag) for lines in loads]
     values = over_period(of_states, model.harmonics)
 
     def at_stored_phases(of_states: list[Array]) -> Array:
@@ -127,22 +119,57 @@ def contact_of_lines(
     values["static_transmission_error"] = at_stored_phases(deflection)
     values["unloaded_transmission_error"] = at_stored_phases(unloaded)
 
-    mean_line_loads = [
-        grid.weight @ (lines.load * grid.filled).sum(axis=1) for lines in loads
-    ]
+    mean_line_loads = [_mean_line_load(contact, lines) for lines in loads]
     values["line_load"] = np.stack([state.line_load for state in of_mesh])
     values["mean_line_load"] = np.stack(mean_line_loads)
 
     load = contact.analysis.load
     if load > 0.0:
         window = normal_module(model, contact)
-        factors = [
-            face_load_factor(grid.width, mean, window) for mean in mean_line_loads
-        ]
+        factors = [load_factor(contact, lines, window) for lines in loads]
         peaks = [lines.load.max() * grid.face_width / load for lines in loads]
         values["face_load_factor"] = np.array(factors)
         values["peak_line_load_factor"] = np.array(peaks)
     return values
+
+
+def contact_over_period(
+    contact: FaceContact, lines: LineLoads, lag: float = 0.0
+) -> PeriodContact:
+    """Return the contact of a face over a mesh period, at its own phases.
+
+    Parameters
+    ----------
+    contact : over the face
+    lines : the line loads
+    lag : phase of the clock at which a pair enters at A [1]
+    """
+    phase = contact.grid.phase + lag
+    weight = contact.grid.weight
+    return PeriodContact(
+        stiffness=PeriodSamples(phase, weight, lines.tangent),
+        error=PeriodSamples(phase, weight, lines.deflection),
+        further_error=lines.deflection,
+    )
+
+
+def load_factor(contact: FaceContact, lines: LineLoads, window: float) -> float:
+    """Return K_Hβ of line loads, see `face_load_factor` [1].
+
+    Parameters
+    ----------
+    contact : over the face
+    lines : the line loads
+    window : width over which loads are averaged [m]
+    """
+    mean = _mean_line_load(contact, lines)
+    return face_load_factor(contact.grid.width, mean, window)
+
+
+def _mean_line_load(contact: FaceContact, lines: LineLoads) -> Array:
+    """Return the load per width over a mesh period, (n_face,) [N/m]."""
+    grid = contact.grid
+    return np.asarray(grid.weight @ (lines.load * grid.filled).sum(axis=1))
 
 
 def face_load_factor(width: Array, mean: Array, window: float) -> float:
