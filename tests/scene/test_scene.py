@@ -233,7 +233,7 @@ def test_a_scene_shows_what_users_may_call(table):
         *Sections.model_fields,
         *("sections", "with_sections", "replace", "id", "canonical"),
         *("from_mapping", "from_canonical", "plugins_used", "duty_table"),
-        *("in_conditions", "in_heaviest_condition"),
+        *("in_conditions", "in_heaviest_condition", "in_front"),
         *("meshes", "coefficients", "prescribed", "initial_of", "face_keys", "hands"),
         *("start_wear", "with_start_wear", "calibration", "with_calibration"),
     }

@@ -55,8 +55,10 @@ def build(
     join: Any = FaceCoupling if scene.face_keys else Coupling
     vibration = None
     if scene.dynamics is not None:
-        stiffness = np.array([unworn_stiffness(kind) for kind in joined])
-        vibration = build_vibration(scene, gears, on_clock, stiffness)
+        loaded = [kind for kind in range(len(kinds)) if gears.is_loaded(kind)]
+        stiffness = np.array([unworn_stiffness(joined[kind]) for kind in loaded])
+        moving = on_clock.of_kinds(loaded)
+        vibration = build_vibration(scene, gears, moving, stiffness)
     coupling = join(joined, vibration, build_load(scene))
     if apart:
         system = None if vibration is None else vibration.system

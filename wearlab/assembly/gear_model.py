@@ -169,6 +169,7 @@ class GearModel:
             *self._flags_of_meshes(),
             *self._flags_of_wear(),
             *errors.class_flags(scene, self.gears),
+            *self._flags_of_back_flanks(),
             *self._flags_of_materials(),
         ]
         return (
@@ -197,6 +198,21 @@ class GearModel:
             initial = self.scene.initial_of(name)
             if initial is not None:
                 yield from initial.flags(name)
+
+    def _flags_of_back_flanks(self) -> Iterator[str]:
+        """Yield how back flanks are taken that reversed torque loads."""
+        if self.scene.operation.loaded_side is None:
+            return
+        yield (
+            "back flanks: loaded as the front ones under a torque of that size, their "
+            "mirror images; both thin the teeth"
+            + (" but for those over the face" if self.face is not None else "")
+        )
+        if self.vibration is not None:
+            yield (
+                "back flanks: their wear adds no backlash to the motion, and they "
+                "vibrate as if the sense of rotation were reversed, too"
+            )
 
     def _flags_of_materials(self) -> Iterator[str]:
         """Yield what catalogues say of oil and materials."""

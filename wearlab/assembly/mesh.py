@@ -54,6 +54,9 @@ def build_analyses(
     reach : how far beyond A and E the nodes of every kind reach; None: as far as their
         load asks for
     """
+    if scene.operation.loaded_side is not None:
+        # the same teeth, of which back flanks touch as front ones do
+        return build_analyses(scene.in_front(), kinds[:1], reach) * len(kinds)
     points = profile_points(scene)
     pairs = [kind.pair for kind in kinds]
     even = None

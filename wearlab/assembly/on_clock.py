@@ -23,6 +23,17 @@ class OnClock(NamedTuple):
     meshes: tuple[Mesh, ...]
     edges: Array
 
+    def of_kinds(self, kinds: Sequence[int]) -> "OnClock":
+        """Return the meshes of some kinds alone, numbered anew.
+
+        Parameters
+        ----------
+        kinds : their numbers, among them those of all meshes
+        """
+        analyses = [self.analyses[kind] for kind in kinds]
+        meshes = [mesh._replace(kind=kinds.index(mesh.kind)) for mesh in self.meshes]
+        return OnClock(analyses, tuple(meshes), self.edges)
+
     def sampled(
         self, scene: Scene, gears: gear_set.GearSet, grid: stages.StageGrid
     ) -> Sampling:

@@ -11,6 +11,7 @@ from wearlab.gears.gear import GearPair
 from wearlab.gears.specification import Basics, GearSpec, Material, Relief, ReliefFrom
 from wearlab.mesh.gear_set import Body, GearSet, PairOfSet, mesh_load
 from wearlab.scene import Scene
+from wearlab.scene.operation import back_of
 
 TABLES_OF_A_GEAR = (
     "material",
@@ -358,7 +359,7 @@ def _set_of_pair(scene: Scene, turned: helix.Helix) -> GearSet:
     gears = {gear.name: gear for gear in pair.gears}
     speed = scene.operation.speed or 0.0
     teeth = gears[names[0]].teeth
-    kind = PairOfSet(
+    front = PairOfSet(
         pair=pair,
         flanks=(pair.driving.name, pair.driven.name),
         section="",
@@ -367,12 +368,19 @@ def _set_of_pair(scene: Scene, turned: helix.Helix) -> GearSet:
         load=mesh_load(scene.operation.torque, pair.driving.base_radius),
         loaded=0,
     )
+    kinds: tuple[PairOfSet, ...] = (front,)
+    flanks = tuple(names)
+    side = scene.operation.loaded_side
+    if side is not None:
+        driving_back, driven_back = map(back_of, front.flanks)
+        kinds = (front, front._replace(flanks=(driving_back, driven_back)))
+        flanks = (*names, *map(back_of, names))
     return GearSet(
-        kinds=(kind,),
+        kinds=kinds,
         mesh_names=("-".join(names),),
-        mesh_kinds=(0,),
+        mesh_kinds=(int(side == "back"),),
         mesh_lags=np.zeros(1),
-        flanks=names,
+        flanks=flanks,
         members=names,
         gears={name: gears[name] for name in names},
         reference_teeth=teeth,

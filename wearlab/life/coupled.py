@@ -334,6 +334,11 @@ class MeshKind(NamedTuple):
     when: tuple[clock.Instants, ...]
 
     @property
+    def is_loaded(self) -> bool:
+        """Whether it has meshes: the other side of teeth that reverse has none."""
+        return len(self.meshes) > 0
+
+    @property
     def shape(self) -> tuple[int, ...]:
         """How many depths a flank has, along each of its directions."""
         return self.analysis.grid.position.shape
@@ -441,12 +446,25 @@ class OneCondition(Coupled):
             else None
         )
 
+    def in_motion(self, flanks: Sequence[Any]) -> list[Any]:
+        """Return the flanks that the dynamics see: those of the kinds with meshes.
+
+        Parameters
+        ----------
+        flanks : of every kind of mesh
+        """
+        return [
+            of_kind
+            for kind, of_kind in zip(self.kinds, flanks, strict=True)
+            if kind.is_loaded
+        ]
+
     def _respond(self, flanks: Sequence[Any], start: Responses | None) -> Responses:
         """Return the steady responses, none without dynamics."""
         if self.vibration is None:
             return ()
         try:
-            responses = self.vibration.solve(flanks, start or None)
+            responses = self.vibration.solve(self.in_motion(flanks), start or None)
         except Unbounded as error:
             raise limits.StopWear("unbounded motion") from error
         self.account.add(responses)

@@ -5,7 +5,7 @@ turn in `wearlab.life.duty_coupling`.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any
 
@@ -68,7 +68,9 @@ class Coupling(OneCondition):
             worn = self.flanks(wear, near)
             static = [
                 flanks.analysis.quasistatic(flanks.nodes, flanks.analysis.at_nodes)
-                for flanks in worn
+                if kind.is_loaded
+                else kind.analysis.unworn[1]
+                for kind, flanks in zip(self.kinds, worn, strict=True)
             ]
             at_rest = static
             if self.planets is not None and not (
@@ -79,9 +81,7 @@ class Coupling(OneCondition):
         with self.account.timed("dynamics"):
             responses = self._respond(worn, start)
             forces = [
-                self._forces(kind, flanks, responses)
-                if responses
-                else self._static_forces(flanks, state)
+                self._forces_on(kind, flanks, state, responses)
                 for kind, flanks, state in zip(self.kinds, worn, at_rest, strict=True)
             ]
         states = []
@@ -90,11 +90,17 @@ class Coupling(OneCondition):
             for depth, flanks, state, shared, kind, force in zip(
                 wear, worn, static, at_rest, self.kinds, forces, strict=True
             ):
-                tooth_force = self.load.at_nodes(flanks, shared, force)
+                tooth_force = (
+                    self.load.at_nodes(flanks, shared, force)
+                    if kind.is_loaded
+                    else np.zeros((1, *kind.shape))
+                )
                 kind_state = KindState(
                     depth, flanks, state, force.weight, force.drive, tooth_force, None
                 )
-                if kind.law is not None:
+                if kind.law is not None and not kind.is_loaded:
+                    kind_state = kind_state._replace(rate=np.zeros_like(depth))
+                elif kind.law is not None:
                     rate = averaged_rate(
                         kind.law, kind_state.weight, tooth_force, depth
                     )
@@ -145,21 +151,57 @@ class Coupling(OneCondition):
         )
         moves = self.vibration
         worn = []
-        for kind, depth, static in zip(self.kinds, wear, near_contacts, strict=True):
+        for number, (kind, depth, static) in enumerate(
+            zip(self.kinds, wear, near_contacts, strict=True)
+        ):
+            if not kind.is_loaded:
+                analysis = kind.analysis
+                worn.append(excitation.MeshFlanks(analysis, analysis.unworn[0], None))
+                continue
+            analysis = self._thinned(kind.analysis, wear, number)
             try:
-                nodes = kind.analysis.nodes(
+                nodes = analysis.nodes(
                     depth if kind.patch is None else kind.patch.effective_wear(depth),
                     static,
                 )
             except stiffness.SectionVanished as error:
                 raise limits.StopWear(str(error)) from error
             series = (
-                None
-                if moves is None
-                else moves.excitation.prepare(kind.analysis, nodes)
+                None if moves is None else moves.excitation.prepare(analysis, nodes)
             )
-            worn.append(excitation.MeshFlanks(kind.analysis, nodes, series))
+            worn.append(excitation.MeshFlanks(analysis, nodes, series))
         return worn
+
+    def _thinned(
+        self, analysis: contact.ContactAnalysis, wear: Wear, number: int
+    ) -> contact.ContactAnalysis:
+        """Return the contact of teeth that are thinner by the wear of their other side.
+
+        As it is where no other side is ever loaded.
+        """
+        if all(kind.is_loaded for kind in self.kinds):
+            return analysis
+        other_side = analysis.grid.beyond(wear[1 - number])
+        return replace(
+            analysis, stiffness=analysis.stiffness.with_worn_backs(other_side)
+        )
+
+    def _forces_on(
+        self,
+        kind: MeshKind,
+        flanks: excitation.MeshFlanks,
+        state: contact.Quasistatic,
+        responses: Responses,
+    ) -> loads.Forces:
+        """Return mesh and pair forces, 0 on flanks that are not loaded."""
+        if not kind.is_loaded:
+            at_rest = static_forces(flanks, state)
+            return at_rest._replace(
+                drive=np.zeros_like(at_rest.drive), pair=np.zeros_like(at_rest.pair)
+            )
+        if responses:
+            return self._forces(kind, flanks, responses)
+        return self._static_forces(flanks, state)
 
     def _rate_of(
         self, law: PreparedLaw, kind_state: KindState, force: loads.Forces, rows: Index

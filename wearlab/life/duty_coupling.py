@@ -11,6 +11,9 @@ from wearlab.arrays import Array
 from wearlab.life.coupled import Account, Coupled, Responses, Wear, WearState
 from wearlab.life.coupling import Coupling
 
+ROUNDED = 1e-12
+"""What weights may lack of 1 by rounding."""
+
 
 @dataclass(frozen=True)
 class DutyCoupling(Coupled):
@@ -23,7 +26,7 @@ class DutyCoupling(Coupled):
     ----------
     kinds : the kinds of mesh, as the first block has them
     blocks : the gear set in each condition, on the same nodes
-    weight : (n,) share of the cycles of each [1]
+    weight : (n,) share of the cycles of each, of idle conditions the rest [1]
     """
 
     blocks: tuple[Coupling, ...]
@@ -122,11 +125,14 @@ def mixture(weight: Array, values: Sequence[Array]) -> Array:
 
     Parameters
     ----------
-    weight : w, (n_blocks,) [1]
+    weight : w, (n_blocks,); what they lack of 1 is of value 0 [1]
     values : v, one for each block
     """
     first = values[0]
     difference = sum(
         w * (value - first) for w, value in zip(weight[1:], values[1:], strict=True)
     )
+    idle = 1.0 - float(np.sum(weight))
+    if idle > ROUNDED:
+        difference = difference - idle * first
     return np.maximum(0.0, first + difference)

@@ -54,6 +54,11 @@ class FaceKind(NamedTuple):
     lags: dict[int, float]
 
     @property
+    def is_loaded(self) -> bool:
+        """Whether it has meshes: the other side of teeth that reverse has none."""
+        return len(self.lags) > 0
+
+    @property
     def shape(self) -> tuple[int, ...]:
         """Slices, and nodes of each."""
         return self.contact.grid.shape
@@ -94,11 +99,16 @@ class FaceCoupling(OneCondition):
             for number, kind in enumerate(
                 self.kinds if responses and self.load.moving else ()
             ):
+                if not kind.is_loaded:
+                    continue
                 moving = self._moving_load(kind, states[number], responses[0])
                 states[number] = states[number]._replace(line_load=moving)
         with self.account.timed("wear"):
             for number, kind in enumerate(self.kinds):
-                if kind.law is not None:
+                if kind.law is not None and not kind.is_loaded:
+                    unloaded = np.zeros_like(states[number].wear)
+                    states[number] = states[number]._replace(rate=unloaded)
+                elif kind.law is not None:
                     states[number] = states[number]._replace(
                         rate=face_rate(kind, kind.law, states[number])
                     )
@@ -113,6 +123,10 @@ class FaceCoupling(OneCondition):
         near: Sequence[LineLoads | None] = self._last or [None] * len(self.kinds)
         states: list[FaceState] = []
         for kind, depth, last in zip(self.kinds, wear, near, strict=True):
+            if not kind.is_loaded:
+                no_load = np.zeros(kind.shape)
+                states.append(FaceState(depth, kind.contact.unworn, no_load, None))
+                continue
             worn = effective_wear(kind.patch, depth)
             contact = kind.contact
             try:

@@ -85,7 +85,8 @@ class GearSet(NamedTuple):
 
     Parameters
     ----------
-    kinds : the kinds of mesh
+    kinds : the kinds of mesh; of teeth that are loaded on either side, front flanks
+        and back flanks, of which one kind has no mesh
     mesh_names : names of the meshes
     mesh_kinds : which kind each mesh is of
     mesh_lags : (n_mesh,) γ, phase of the clock at which a pair enters at A [1]
@@ -146,7 +147,7 @@ class GearSet(NamedTuple):
     @property
     def planets_are_apart(self) -> bool:
         """Whether every planet has flanks of its own: each mesh is of its own kind."""
-        return len(self.kinds) > len(self.sections)
+        return bool(self.angles) and len(self.kinds) > len(self.sections)
 
     def with_planets_apart(self) -> "GearSet":
         """Return the set whose meshes are each of their own kind, in their order."""
@@ -222,12 +223,22 @@ class GearSet(NamedTuple):
     @property
     def torque(self) -> float:
         """Torque from which the loads follow, on the driving gear or sun [N·m]."""
-        first = self.kinds[0]
+        number = self.mesh_kinds[0]
+        first = self.kinds[number]
         base_radius = first.pair.gears[first.loaded].base_radius
         count = sum(
             self.kinds[kind].section == first.section for kind in self.mesh_kinds
         )
         return first.load * count * base_radius
+
+    def is_loaded(self, kind: int) -> bool:
+        """Say whether a kind of mesh touches: back flanks do under reversed torque.
+
+        Parameters
+        ----------
+        kind : its number
+        """
+        return kind in self.mesh_kinds
 
     def slow_errors(self, meshes: Sequence[clock.Mesh]) -> Array | None:
         """Return the slow errors of meshes at equally weighted angles of the members.

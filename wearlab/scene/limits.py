@@ -7,6 +7,7 @@ from annotated_types import MinLen
 
 from wearlab import options, units
 from wearlab.scene import gears
+from wearlab.scene.operation import BACK
 
 Positive = Annotated[options.Number, options.POSITIVE]
 PositiveDepth = Annotated[options.Depth, options.POSITIVE]
@@ -22,7 +23,7 @@ def _ascending(values: tuple[float, ...]) -> tuple[float, ...]:
 def _of_the_set(flank: Any, info: pydantic.ValidationInfo) -> Any:
     """Return the name of a flank, or refuse one that this kind of gear set has not."""
     flanks = gears.set_in(info.context).flanks
-    if flank is None or flank in flanks:
+    if flank is None or str(flank).removesuffix(BACK) in flanks:
         return flank
     raise ValueError(
         f"{flank!r} is no flank of this gear set; there are {', '.join(flanks)}"

@@ -20,19 +20,46 @@ OF_ONE_CONDITION = ("torque", "speed", "power")
 """Options that several conditions have each of their own."""
 
 
+BACK = "-back"
+"""What names of flanks end in that only reversed torque loads."""
+
+
+def back_of(flank: str) -> str:
+    """Return the name of the other flank of the same teeth.
+
+    >>> back_of("pinion")
+    'pinion-back'
+    """
+    return f"{flank}{BACK}"
+
+
 class SeveralConditions(TypeError):
     """One torque, speed or power was asked of an operation that has several."""
+
+
+Side = Literal["front", "back"]
+"""Which flanks of teeth that are loaded on either side carry the load."""
 
 
 class DutyBlock(options.Part):
     """One condition of a duty."""
 
-    torque: Annotated[options.Torque, options.NOT_NEGATIVE]
-    """torque on the input member"""
-    speed: Annotated[options.Speed, options.POSITIVE]
-    """speed of the input member"""
+    torque: options.Torque
+    """torque on the input member; negative loads the back flanks, 0 wears nothing"""
+    speed: Annotated[options.Speed, pydantic.AfterValidator(abs)]
+    """speed of the input member, in either sense; 0 is standstill"""
     share: Annotated[options.Number, options.POSITIVE]
     """share of the operating time; all shares sum to 1"""
+
+    @property
+    def is_loaded(self) -> bool:
+        """Whether it wears flanks: others are idle, or at rest."""
+        return self.torque != 0.0 and self.speed > 0.0
+
+    @property
+    def side(self) -> Side:
+        """The flanks that it loads."""
+        return "back" if self.torque < 0.0 else "front"
 
 
 class DutyFile(options.Part):
@@ -63,6 +90,11 @@ class OperationStage(options.Part):
     cycles: Annotated[options.Number, options.POSITIVE] | None = None
     """cycles of the stage [up to wear.until, in the last stage]"""
 
+    @property
+    def side(self) -> Side:
+        """The flanks that it loads."""
+        return "front"
+
 
 def _blocks(value: Any, info: pydantic.ValidationInfo) -> Any:
     """Return the blocks of a file as if they were written in place."""
@@ -85,6 +117,16 @@ def _shares(blocks: Any) -> Any:
     total = sum(block.share for block in blocks)
     if abs(total - 1.0) > SUM_OF_SHARES:
         raise ValueError(f"the shares of time sum to {total:.6g}, not to 1")
+    return blocks
+
+
+def _some_loaded(blocks: Any) -> Any:
+    """Refuse a duty in which nothing is loaded that turns."""
+    if not any(block.is_loaded for block in blocks):
+        raise ValueError(
+            "no condition has a torque and a speed that are not 0: give one that "
+            "loads turning gears"
+        )
     return blocks
 
 
@@ -119,6 +161,7 @@ Duty = Annotated[
     ),
     pydantic.BeforeValidator(_blocks),
     pydantic.AfterValidator(_shares),
+    pydantic.AfterValidator(_some_loaded),
 ]
 OperationStages = Annotated[
     tuple[OperationStage, ...], pydantic.AfterValidator(_labels)
@@ -201,7 +244,8 @@ class Operation(options.Part):
 
     duty: Duty | None = None
     """conditions that take turns: wear rates mixed per cycle, by shares of time times
-    speed [torque and speed alone]. Source: wearlab"""
+    speed; rows of no torque or no speed pass time, negative torque wears back flanks
+    [torque and speed alone]. Source: wearlab"""
     stage: OperationStages | None = None
     """conditions in order, one after another; wear carries over [torque and speed
     alone]. Source: wearlab"""
@@ -228,6 +272,7 @@ class Operation(options.Part):
         return None if self.load_torque is None else self.load_torque == "balance"
 
     _largest_torque: float | None = pydantic.PrivateAttr(None)
+    _loaded_side: Side | None = pydantic.PrivateAttr(None)
 
     @property
     def fluctuation(self) -> tuple[TorqueFluctuation, ...]:
@@ -244,15 +289,41 @@ class Operation(options.Part):
     @property
     def largest_torque(self) -> float:
         """The largest torque of all conditions that share these flanks [N m]."""
-        of_conditions = [condition.torque for condition in self.several or (self,)]
+        of_conditions = [abs(condition.torque) for condition in self.several or (self,)]
         return float(max([*of_conditions, self._largest_torque or 0.0]))
 
+    @property
+    def loaded_side(self) -> Side | None:
+        """The side of the teeth that is loaded, None where the other one never is."""
+        return self._loaded_side
+
+    def side_of(self, flank: str) -> str:
+        """Return the side of the teeth that a flank is: ``right`` or ``left``.
+
+        Parameters
+        ----------
+        flank : its name
+        """
+        is_right = (self.drive_flank == "right") != flank.endswith(BACK)
+        return "right" if is_right else "left"
+
+    @property
+    def reverses(self) -> bool:
+        """Whether some of its conditions load the back flanks."""
+        sides = {block.side for block in self.loaded_blocks}
+        return "back" in sides or self._loaded_side is not None
+
     def single_condition(
-        self, torque: float, speed: float, largest_torque: float | None = None
+        self,
+        torque: float,
+        speed: float,
+        largest_torque: float | None = None,
+        side: Side | None = None,
     ) -> "Operation":
         """Return one condition alone.
 
-        Of several that share flanks it knows the largest torque.
+        Of several that share flanks it knows the largest torque, and the side that it
+        loads where some load the other; its torque has no sign.
         """
         changed = {
             "torque": torque,
@@ -263,12 +334,18 @@ class Operation(options.Part):
         }
         condition = self.model_copy(update=changed)
         condition._largest_torque = largest_torque
+        condition._loaded_side = side
         return condition
 
     @property
     def blocks(self) -> tuple[DutyBlock, ...]:
         """The conditions that take turns, none without a duty."""
         return self.duty if isinstance(self.duty, tuple) else ()
+
+    @property
+    def loaded_blocks(self) -> tuple[DutyBlock, ...]:
+        """The conditions that take turns and wear flanks."""
+        return tuple(block for block in self.blocks if block.is_loaded)
 
     @property
     def stages(self) -> tuple[OperationStage, ...]:
@@ -283,6 +360,8 @@ class Operation(options.Part):
     def in_conditions(self) -> tuple["Operation", ...]:
         """Return the operation in each of its conditions, itself where it is one.
 
+        Idle ones and standstill are none: they wear nothing.
+
         Examples
         --------
         >>> blocks = [
@@ -293,11 +372,15 @@ class Operation(options.Part):
         >>> [condition.torque for condition in operation.in_conditions()]
         [80.0, 20.0]
         """
+        conditions = self.loaded_blocks or self.stages
         return tuple(
             self.single_condition(
-                condition.torque, condition.speed, self.largest_torque
+                abs(condition.torque),
+                condition.speed,
+                self.largest_torque,
+                condition.side if self.reverses else None,
             )
-            for condition in self.several
+            for condition in conditions
         ) or (self,)
 
     def heaviest_condition(self) -> "Operation":

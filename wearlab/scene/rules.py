@@ -7,6 +7,7 @@ from typing import Any
 
 from wearlab.scene import gears, sections
 from wearlab.scene.mesh import OWN_MESHES, ErrorHarmonic, MeshSection, OneMesh
+from wearlab.scene.operation import BACK
 from wearlab.wear.coefficients.calibrated import CalibratedCoefficient
 
 Problems = Iterator[tuple[str, str]]
@@ -225,6 +226,14 @@ def _conditions(scene: sections.Sections, operation: Any) -> Problems:
     if not operation.blocks and not operation.stages:
         return
     word = "duty" if operation.blocks else "stage"
+    if operation.reverses and not scene.gears.descriptor.is_pair:
+        number = next(n for n, b in enumerate(operation.blocks, 1) if b.torque < 0.0)
+        yield (
+            "operation.duty",
+            f"row {number} has a negative torque: in a planetary set either flank of "
+            "a planet is the back of the other, and both would wear; leave such rows "
+            "out, or compute them as a scene of their own with the other drive_flank",
+        )
     if scene.dynamics is not None and scene.dynamics.response is not None:
         yield (
             "dynamics.response",
@@ -268,6 +277,18 @@ def _calibrated(scene: sections.Sections, coefficient: Any) -> Problems:
             "coefficient's value"
         )
         yield "wear.coefficient", f"'calibrated' {problem}"
+
+
+def _back_limits(scene: sections.Sections, wear: Any) -> Problems:
+    """A limit on a back flank needs a condition that loads it."""
+    for name in ("until", "snapshots"):
+        flank = getattr(getattr(wear, name), "flank", None) or ""
+        if flank.endswith(BACK) and not scene.operation.reverses:
+            yield (
+                f"wear.{name}.flank",
+                f"{flank!r} is loaded by reversed torque alone, and no row of "
+                f"operation.duty has one: give {flank.removesuffix(BACK)!r}",
+            )
 
 
 def _limits(scene: sections.Sections, wear: Any) -> Problems:
@@ -574,6 +595,7 @@ RULES: tuple[tuple[str, Callable[[sections.Sections, Any], Problems]], ...] = (
     ("wear.coefficient", _calibrated),
     ("wear.load", _asked_itself),
     ("wear", _limits),
+    ("wear", _back_limits),
     ("wear.initial", _initial),
     ("wear", _needs),
     ("gears", _face),

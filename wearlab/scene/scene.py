@@ -288,6 +288,15 @@ class Scene:
             for condition in self.operation.in_conditions()
         )
 
+    def in_front(self) -> "Scene":
+        """Return the scene in one condition as if its front flanks were loaded."""
+        operation = self.operation
+        return self.with_sections(
+            operation=operation.single_condition(
+                operation.torque, operation.speed, operation.largest_torque
+            )
+        )
+
     @property
     def in_heaviest_condition(self) -> "Scene":
         """The scene in its condition of the largest torque, itself of a single one."""

@@ -20,7 +20,7 @@ from wearlab import nearest, options, schema, slots
 from wearlab.scene.gears import ALL_TOOTHED, LEAD_KEYS, Gears
 from wearlab.scene.materials import Lubricant
 from wearlab.scene.mesh import ErrorsSection, MeshSection, OneMesh
-from wearlab.scene.operation import Dynamics, Operation
+from wearlab.scene.operation import BACK, Dynamics, Operation
 from wearlab.scene.start import Start
 from wearlab.scene.wear import WearSection
 
@@ -178,7 +178,13 @@ class Sections(options.Part):
         return self.errors or ErrorsSection()
 
     def initial_of(self, flank: str) -> Any:
-        """Return the wear that a flank starts with, None of a new one."""
+        """Return the wear that a flank starts with, None of a new one.
+
+        Back flanks start as the front ones do where both sides were worn.
+        """
+        if flank.endswith(BACK):
+            front = self.initial_of(flank.removesuffix(BACK))
+            return front if front is not None and front.thins_teeth else None
         return None if self.wear is None else self.wear.initial_of(flank)
 
     @property

@@ -101,9 +101,10 @@ def estimated_over_face(
     if ends[0].responses:
         # mesh forces at any phase are off by no more, nor are bearings, which carry
         # less
-        off = _difference_of_forces(ends, rough_ends)
-        errors = np.full((3, len(life_history.state)), off)
-        force = (companion_runs.ForceErrors(*errors),)
+        force = tuple(
+            companion_runs.ForceErrors(*np.full((3, len(life_history.state)), off))
+            for off in _differences_of_forces(ends, rough_ends)
+        )
 
     flat = first.coupling.flat
     start = flat(life_history.state[0].wear)
@@ -151,16 +152,22 @@ def _weight(parts: assembly.GearModel) -> float:
     return OF_ENDS if sliced or not contacts[0].helix.angle else WEIGHT
 
 
-def _difference_of_forces(
+def _differences_of_forces(
     states: list[coupled.WearState], rough: list[coupled.WearState]
-) -> float:
-    """Return by how much the largest forces differ from those of rougher twins [N]."""
-    differences = []
+) -> list[float]:
+    """Return by how much largest forces differ from those of rougher twins [N].
+
+    Of every condition of operation the most in any state.
+    """
+    by_condition = [0.0] * len(states[0].conditions)
     for state, twin in zip(states, rough, strict=True):
-        fine = extremes(state.responses[0]).largest
-        coarse = extremes(twin.responses[0]).largest
-        differences.append(float(np.abs(fine - coarse).max()))
-    return max(differences)
+        pairs = zip(state.conditions, twin.conditions, strict=True)
+        for number, (fine, coarse) in enumerate(pairs):
+            largest = extremes(fine.responses[0]).largest
+            largest_of_twin = extremes(coarse.responses[0]).largest
+            off = float(np.abs(largest - largest_of_twin).max())
+            by_condition[number] = max(by_condition[number], off)
+    return by_condition
 
 
 def _grids(parts: assembly.GearModel) -> list[FaceGrid]:

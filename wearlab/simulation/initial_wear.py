@@ -6,6 +6,7 @@ from wearlab import assembly
 from wearlab.arrays import Array
 from wearlab.life import coupled, history, limits
 from wearlab.scene import Scene
+from wearlab.scene.operation import BACK
 from wearlab.scene.start import is_replaced
 from wearlab.simulation import label
 from wearlab.simulation.work import max_work
@@ -103,15 +104,17 @@ def continued_wear(scene: Scene, parts: assembly.GearModel) -> coupled.Wear:
         if is_replaced(name, scene.start.replace):
             continue
 
+        if name not in start_wear.depth and name.endswith(BACK):
+            continue  # nothing reversed in that run
         if name not in start_wear.depth:
             raise label.Refused(
                 f"run {run} has no flank {name!r}: it has {', '.join(start_wear.depth)}"
             )
-        if start_wear.side.get(name) not in ("", None, scene.operation.drive_flank):
+        side = scene.operation.side_of(name)
+        if start_wear.side.get(name) not in ("", None, side):
             raise label.Refused(
                 f"run {run} wore the {start_wear.side[name]} flanks, this one loads "
-                f"the {scene.operation.drive_flank} ones: they are new; leave [start] "
-                "out"
+                f"the {side} ones: they are new; leave [start] out"
             )
         places = parts.gears.places_of(name)
         of_planets = (start_wear.planet_depth or {}).get(name)

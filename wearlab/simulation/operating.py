@@ -9,6 +9,7 @@ from wearlab import assembly
 from wearlab.arrays import Array
 from wearlab.life import coupled, duty_coupling
 from wearlab.scene import Scene
+from wearlab.scene.operation import DutyBlock
 
 
 class OperatingCondition(NamedTuple):
@@ -17,7 +18,7 @@ class OperatingCondition(NamedTuple):
     Parameters
     ----------
     parts : its physics
-    weight : share of the cycles of each condition [1]
+    weight : share of the cycles of each condition, of idle ones the rest [1]
     speed : mean speed of the reference gear relative to the carrier, over time [rad/s]
     coupling : contact, dynamics and wear of all conditions together
     cycles : how long it lasts, None: to the limits of the scene
@@ -28,6 +29,15 @@ class OperatingCondition(NamedTuple):
     speed: float
     coupling: coupled.Coupled
     cycles: float | None
+
+    @property
+    def loaded_share(self) -> Array:
+        """Share of the cycles in which each flank is loaded, (n_flanks,) [1]."""
+        share = np.zeros(len(self.first.gears.flanks))
+        for model, weight in zip(self.parts, self.weight, strict=True):
+            for flank, (kind, _) in enumerate(model.gears.flank_places):
+                share[flank] += weight * model.gears.is_loaded(kind)
+        return np.where(np.abs(share - 1.0) < duty_coupling.ROUNDED, 1.0, share)
 
     @property
     def first(self) -> assembly.GearModel:
@@ -54,27 +64,37 @@ def operating_conditions(scene: Scene) -> tuple[OperatingCondition, ...]:
             operating_condition([in_stage], [1.0], stage.cycles)
             for in_stage, stage in zip(scenes, operation.stages, strict=True)
         )
-    shares = [block.share for block in operation.blocks] or [1.0]
-    return (operating_condition(scenes, shares),)
+    shares = [block.share for block in operation.loaded_blocks] or [1.0]
+    idle = [block for block in operation.blocks if not block.is_loaded]
+    return (operating_condition(scenes, shares, idle=idle),)
 
 
 def operating_condition(
-    scenes: Sequence[Scene], share: Sequence[float], cycles: float | None = None
+    scenes: Sequence[Scene],
+    share: Sequence[float],
+    cycles: float | None = None,
+    idle: Sequence[DutyBlock] = (),
 ) -> OperatingCondition:
     """Return conditions that take turns, of the cycles ``w_b = u_b ω_b / Σ u_b ω_b``.
+
+    Idle conditions have their share of the time and of the cycles, and no wear.
 
     Parameters
     ----------
     scenes : in one condition each
     share : u, of the time; only their proportions count [1]
     cycles : how long they last, None: to the limits of the scene
+    idle : conditions without torque or without speed
     """
     models = tuple(map(assembly.build, scenes))
-    time = np.asarray(share, float) / np.sum(share)
-    speed = np.array([model.gears.speed for model in models])
+    of_input = models[0].gears.speed / scenes[0].operation.speed
+    idle_speeds = [of_input * block.speed for block in idle]
+    shares = np.array([*share, *(block.share for block in idle)], float)
+    time = shares / shares.sum()
+    speed = np.array([*(model.gears.speed for model in models), *idle_speeds])
     weight = np.ones(1)
-    if len(models) > 1:
-        weight = time * speed / (time @ speed)
+    if len(time) > 1:
+        weight = (time * speed / (time @ speed))[: len(models)]
     mean_speed = float(duty_coupling.mixture(time, list(speed)))
     return OperatingCondition(
         models, weight, mean_speed, taking_turns(models, weight), cycles
@@ -92,6 +112,6 @@ def taking_turns(
     weight : share of the cycles of each condition [1]
     """
     first, *later = (model.coupling for model in models)
-    if not later:
+    if not later and weight[0] == 1.0:
         return first
     return duty_coupling.DutyCoupling(first.kinds, (first, *later), weight)

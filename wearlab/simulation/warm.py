@@ -112,7 +112,8 @@ def _change_contact(scene: Scene) -> None:
     moves = coupling.vibration
     if moves is None or not isinstance(moves.method, periodic.Periodic):
         return
-    tables = moves.tables(coupling.flanks(coupling.unworn()))
+    flanks = coupling.flanks(coupling.unworn())
+    tables = moves.tables(coupling.in_motion(flanks))
     steps = integrate.OnTables(kernel.kernel_of(moves.system, tables, moves.period))
     states = np.zeros_like(steps.states(1))
     width = np.uint64(states.shape[2])

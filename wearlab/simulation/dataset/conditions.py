@@ -103,7 +103,7 @@ def condition_coordinates(
     scene : the scene
     life_history : the life through the stages that were reached
     """
-    blocks = scene.operation.blocks
+    blocks = scene.operation.loaded_blocks
     stages = scene.operation.stages[: len(life_history.stages)]
     coordinates: dict[str, Any] = {}
     for along, conditions in (("duty", blocks), ("stage", stages)):
@@ -113,9 +113,11 @@ def condition_coordinates(
             coordinates[f"{along}_torque"] = torques
             coordinates[f"{along}_speed"] = speeds
     if blocks:
-        share = np.array([block.share for block in blocks])
-        coordinates["duty"] = np.arange(1, len(blocks) + 1)
-        coordinates["duty_share"] = share / share.sum()
+        rows = scene.operation.blocks
+        share = np.array([block.share for block in rows])
+        is_loaded = np.array([block.is_loaded for block in rows])
+        coordinates["duty"] = np.arange(1, len(rows) + 1)[is_loaded]
+        coordinates["duty_share"] = (share / share.sum())[is_loaded]
     if stages:
         labels = labels_of(scene.operation.stages)[: len(stages)]
         counts = [len(life_history.kept(k).cycle) for k in range(len(labels))]

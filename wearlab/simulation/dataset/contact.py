@@ -57,7 +57,8 @@ def _load_sharing(model: assembly.GearModel, states: States) -> label.Values:
     residual = np.zeros((len(states), len(model.kinds)))
     for row, state in zip(residual, states, strict=True):
         for number, kind in enumerate(state.kind):
-            if model.gears.kinds[number].load > 0.0:  # else there is nothing to share
+            # else there is nothing to share
+            if model.gears.is_loaded(number) and model.gears.kinds[number].load > 0.0:
                 total = force.load_share(kind.static).sum(axis=1)
                 row[number] = np.abs(total - 1.0).max()
     values: label.Values = {"residual_load_share": residual.max(axis=1)}

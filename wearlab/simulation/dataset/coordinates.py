@@ -28,8 +28,6 @@ def coordinates(model: assembly.GearModel) -> label.Values:
         values["face_position"] = model.face.kinds[0].contact.grid.position
 
     slots = max(kind.analysis.grid.slots for kind in model.kinds)
-    drive_flank = model.scene.operation.drive_flank
-
     values["flank"] = list(model.gears.flanks)
     values["member"] = list(model.gears.members)
     values["mesh"] = list(model.gears.mesh_names)
@@ -41,7 +39,8 @@ def coordinates(model: assembly.GearModel) -> label.Values:
     values["roll_angle"] = nodal(model, GearPair.roll_angle)
     values["distance_to_pitch_circle"] = nodal(model, _distance_to_pitch_circle)
     values["characteristic_point"] = characteristic_points(model)
-    values["flank_side"] = [drive_flank] * len(model.gears.flanks)
+    side_of = model.scene.operation.side_of
+    values["flank_side"] = [side_of(name) for name in model.gears.flanks]
     return values
 
 

@@ -161,6 +161,8 @@ def _moments_of_sections(
     """Return mean moments (n_mesh, 2) of the meshes that are made alike, by section."""
     of_sections: dict[str, list[Array]] = {}
     for number, kind in enumerate(model.gears.kinds):
+        if not model.gears.is_loaded(number):
+            continue
         moments = mean_moments(model, flanks, number, response)
         of_sections.setdefault(kind.section, []).append(moments)
     return {section: np.concatenate(parts) for section, parts in of_sections.items()}

@@ -66,6 +66,8 @@ def line_values(
 
     residual = np.zeros((len(face.kinds), len(states)))
     for number, kind in enumerate(face.kinds):
+        if not kind.is_loaded:
+            continue
         load = kind.contact.analysis.load
         for update, state in enumerate(face_states(states, number)):
             off = kind.contact.residuals(state.loads, load)

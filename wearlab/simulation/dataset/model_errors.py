@@ -95,9 +95,8 @@ def _load_lines(scene: Scene, model: assembly.GearModel) -> Iterator[str]:
     if model.face is None:
         yield EVERYWHERE
         return
-    sections = dict.fromkeys(kind.section for kind in model.gears.kinds)
-    for section, kind in zip(sections, model.face.kinds, strict=True):
-        model_error = scene.mesh.of(section).coupling.model_error
+    for of_set, kind in zip(model.gears.kinds, model.face.kinds, strict=True):
+        model_error = scene.mesh.of(of_set.section).coupling.model_error
         yield f"{OVER_FACE}: {model_error}{_softness(kind.contact)}"
 
 

@@ -36,6 +36,7 @@ def life_variables(
     values = life.life_values(scene, history)
     if scene.wear is not None:
         values |= wear.wear_values(model, history)
+        values["load_cycles"] *= finished.stages[0].loaded_share
         values |= wear.preset_depth(scene, model, history.state)
         values |= planets.planet_values(model, history)
     if model.vibration is not None:

@@ -58,9 +58,11 @@ def condition_rating(model: GearModel) -> dict[str, Any]:
     values["iso_root_load_factor"] = [root]
     if pair.contact_ratio < MAX_CONTACT_RATIO:
         nominal, stress = _contact_stress(scene, model.gears, factor)
-        order = [gear for _, gear in model.gears.flank_places]
         values["iso_nominal_contact_stress"] = [nominal]
-        values["iso_contact_stress"] = [stress[gear] for gear in order]
+        values["iso_contact_stress"] = [
+            stress[gear] if model.gears.is_loaded(kind) else math.nan
+            for kind, gear in model.gears.flank_places
+        ]
     return values
 
 
@@ -85,10 +87,35 @@ def spectrum_rating(scene: Scene) -> dict[str, Any]:
     ----------
     ISO 6336-6: Palmgren-Miner sum over the bins, equivalent torque.
     """
-    conditions = _rated_conditions(scene)
-    if not conditions:
+    rated = _rated_conditions(scene)
+    if not rated:
         return {}
-    order = [gear for _, gear in conditions[0].gears.flank_places]
+    values: dict[str, list[float]] = {}
+    for kind in range(len(rated[0].gears.kinds)):
+        on_flanks = [
+            condition for condition in rated if condition.gears.is_loaded(kind)
+        ]
+        unloaded = [math.nan, math.nan]
+        of_flanks = {
+            "iso_pitting_safety": unloaded,
+            "iso_equivalent_torque": unloaded,
+        }
+        if on_flanks:
+            of_flanks = _rating_of_flanks(scene, on_flanks)
+        for name, of_gears in of_flanks.items():
+            values.setdefault(name, []).extend(
+                of_gears[gear]
+                for of_kind, gear in rated[0].gears.flank_places
+                if of_kind == kind
+            )
+    return values
+
+
+def _rating_of_flanks(
+    scene: Scene, conditions: list[RatedCondition]
+) -> dict[str, list[float]]:
+    """Return the safeties of (driving, driven) in the conditions that load them."""
+    order = (0, 1)
     pair = conditions[0].gears.kinds[0].pair
     passes = (1.0, pair.ratio)
     stresses = [_stress_of(condition) for condition in conditions]
@@ -99,7 +126,7 @@ def spectrum_rating(scene: Scene) -> dict[str, Any]:
     of_gears = [
         [turned * passes[gear] for turned in turns] for gear in range(len(passes))
     ]
-    if len(conditions) == 1 or not lasts_are_known(scene):
+    if not scene.operation.several or not lasts_are_known(scene):
         safety = [
             min(
                 _permissible_stress(condition, cycles) / stress[gear]
@@ -166,8 +193,8 @@ def _rated_conditions(scene: Scene) -> list[RatedCondition]:
     gear_sets = [sets.build_set(condition) for condition in scenes]
     time = [1.0] * len(scenes)
     if scene.operation.blocks:
-        time = [block.share for block in scene.operation.blocks]
-        time = [share / sum(time) for share in time]
+        total = sum(block.share for block in scene.operation.blocks)
+        time = [block.share / total for block in scene.operation.loaded_blocks]
     elif scene.operation.stages and lasts_are_known(scene):
         lasts = [stage.cycles or 0.0 for stage in scene.operation.stages]
         time = [

@@ -81,7 +81,7 @@ def _contact_flags(
         alike = [
             number
             for number, kind in enumerate(model.gears.kinds)
-            if kind.section == section
+            if kind.section == section and model.gears.is_loaded(number)
         ]
         places = [
             (number, at) for number in alike for at in range(len(life_history.state))
