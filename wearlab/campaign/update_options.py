@@ -680,7 +680,7 @@ class Data(DataBlock):
         """The quantity, where it was measured, and what of it was selected."""
         place = [self.where] if self.where else []
         selected = [f"{dim}_{value}" for dim, value in self.select.items()]
-        return "_".join([self.quantity, *place, *selected])
+        return "_".join([self.quantity, *place, *selected]).replace(" ", "_")
 
     @property
     def si(self) -> str:

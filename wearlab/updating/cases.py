@@ -366,6 +366,8 @@ def history_variables(study: Subject) -> set[str]:
         for name in (block.place_kind, block.clock)
         if name
     }
+    if any(block.place_kind for block in study.observations):
+        names.add(run_curves.FACE_POSITION)
     names |= {
         "roll_angle" for block in study.observations if block.data.quantity == THICKNESS
     }

@@ -16,6 +16,7 @@ import numpy as np
 import xarray as xr
 from scipy.interpolate import CubicHermiteSpline, PchipInterpolator
 
+from wearlab import units
 from wearlab.arrays import Array, Index
 from wearlab.campaign.update_options import ALL_MEMBERS, THICKNESS, Limit
 from wearlab.scene import Scene
@@ -24,6 +25,7 @@ from wearlab.updating import calendar
 from wearlab.updating.measurements import Observed, UpdateError
 
 TINY = 1e-12
+FACE_POSITION = "face_position"
 Names = Collection[str]
 BITS = 60  # halvings to round-off
 CLOSE = 1e-12  # of its range, by which a root may move last
@@ -457,7 +459,7 @@ def history_of(
     return RunHistory(
         id=str(scene.id),
         factor=factor,
-        coefficient=_coefficient(run, limit.where) / factor,
+        coefficient=_coefficient(run, scene, limit.where) / factor,
         start=float(limit_curve.cycle[0]),
         end=float(limit_curve.cycle[-1]),
         seconds_per_cycle=per_cycle(run, "operating_hours"),
@@ -659,6 +661,7 @@ def _profile(run: xr.Dataset, observed: Observed, places: Array) -> RunCurve:
         )
     flank = run.isel(flank=flanks.index(data.where)).sortby(kind)
     flank = flank.isel(profile=np.isfinite(flank[kind].values))
+    across = _across_the_face(run, observed)
     x = flank[kind].values
     outside = (observed.place < x[0] - TINY) | (observed.place > x[-1] + TINY)
     if outside.any():
@@ -674,11 +677,49 @@ def _profile(run: xr.Dataset, observed: Observed, places: Array) -> RunCurve:
 
     def at_places(name: str) -> Array:
         values = flank[name].values
+        values = values if across is None else np.einsum("f,ufn->un", across, values)
         values = values if stretch is None else values * stretch
         return np.stack([np.interp(places, x, state) for state in values])
 
     cycle = np.asarray(run["cycle"].values, float)
     return RunCurve(cycle, at_places("wear_depth"), at_places("wear_rate"))
+
+
+def _across_the_face(run: xr.Dataset, observed: Observed) -> Array | None:
+    """Return the weight of each slice of a face where a profile was measured, (face,).
+
+    None of gears without a face.
+
+    Raises
+    ------
+    UpdateError : the place is not said, is no length, or lies beside the face
+    """
+    data = observed.data
+    place = f"{data.place}.select.{FACE_POSITION}"
+    stated = data.select.get(FACE_POSITION)
+    if "face" not in run["wear_depth"].dims:
+        if stated is not None:
+            raise UpdateError(f"{place}: the gears have no face: leave it out")
+        return None
+
+    position = np.asarray(run[FACE_POSITION].values, float)
+    low, high = float(position.min()), float(position.max())
+    inside = f"from {1e3 * low:.4g} to {1e3 * high:.4g} mm"
+    if stated is None:
+        raise UpdateError(
+            f"{place}: required: where across the face the profile was measured, "
+            f'{inside}, such as select = {{ {FACE_POSITION} = "{1e3 * low:.4g} mm" }}'
+        )
+    try:
+        at = units.quantity(str(stated), "length")
+    except units.UnitError as error:
+        raise UpdateError(f"{place}: {error}") from None
+    if not low - TINY <= at <= high + TINY:
+        raise UpdateError(f"{place}: {stated} lies beside the face, {inside}")
+    slices = np.eye(len(position))
+    order = np.argsort(position)
+    columns = (np.interp(at, position[order], one[order]) for one in slices)
+    return np.array(list(columns))
 
 
 def gear(where: str) -> str:
@@ -727,10 +768,15 @@ def _predicted_curves(
     return curves
 
 
-def _coefficient(run: xr.Dataset, where: str | None) -> float:
-    """Return the largest wear coefficient along the flank at the first state [m²/N]."""
+def _coefficient(run: xr.Dataset, scene: Scene, where: str | None) -> float:
+    """Return the largest wear coefficient along the flank at the first state [m²/N].
+
+    Of a run that does not store it, that of the scene where it is constant, else NaN.
+    """
     if "effective_wear_coefficient" not in run:
-        return np.nan
+        stated = scene.wear and scene.wear.coefficient
+        constant = float(getattr(stated, "value", None) or np.nan)
+        return constant * float(getattr(stated, "factor", 1.0))
     values = run["effective_wear_coefficient"].isel(update=0)
     member = where and gear(where)
     of_member = [gear(str(flank)) == member for flank in values["flank"].values]
