@@ -351,7 +351,7 @@ def test_a_page_runs_as_it_is_printed(page, tmp_path):
     has_optuna = importlib.util.find_spec("optuna") is not None
     number = 0
     for lang, name, text in blocks(page):
-        if lang in ("toml", "python") and "." in name:
+        if lang in ("toml", "python", "csv") and "." in name:
             (tmp_path / name).write_text(text)
         elif name == "session" or (name == "optuna" and has_optuna):
             number += 1

@@ -103,6 +103,10 @@ def test_a_store_that_may_only_be_read_can_be_read(tmp_path, capsys):
                 for word in ("ls", "verify", "prune")
             ]
             assert statuses == [0, 0, 0]
+            again = run(sweep(2), store)  # there is nothing to compute
+            assert again.ok
+            assert (again.done, again.computed) == (2, 0)
+            assert float(again.to_xarray().life[0]) > 0
             with pytest.raises(
                 StoreError, match=r"readonly database|cannot be written"
             ):

@@ -7,7 +7,7 @@ import wearlab as wl
 from wearlab import sources
 from wearlab.runner import Interrupted, RunnerError, execution
 from wearlab.runner.preparation import chosen
-from wearlab.store import Store
+from wearlab.store import Store, StoreError
 from wearlab.store.catalogue import Entry
 
 
@@ -76,3 +76,16 @@ def test_nothing_is_touched_by_a_wrong_word(tmp_path):
     with pytest.raises(RunnerError):
         run(sweep(1), Store(tmp_path / "store"), recompute="some")
     assert not (tmp_path / "store").exists()
+
+
+def test_a_grid_that_was_opened_before_says_that_its_run_was_computed_anew(tmp_path):
+    store = Store(tmp_path / "store")
+    campaign = sweep(1)
+    run(campaign, store)
+    grid = store.open(campaign)
+    entry = store.archive.entries()[campaign.cases[0].id]
+    while store.archive.entries()[entry.id].sha256 == entry.sha256:
+        run(campaign, store, recompute="all")
+    with pytest.raises(StoreError, match="computed anew after this was opened"):
+        grid["wear_depth"].load()
+    assert float(store.open(campaign).life[0]) > 0.0

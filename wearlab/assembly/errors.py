@@ -59,6 +59,9 @@ def _member(scene: Scene, gears: gear_set.GearSet, name: str) -> harmonics.Membe
     )
     total = stated.get("total_composite", total)
     tooth = stated.get("tooth_composite", tooth)
+    measured = _measured_pitch(gears, name, stated.get("pitch"))
+    if measured:
+        total = 0.0
     return harmonics.MemberError(
         toothing.teeth,
         total,
@@ -66,6 +69,53 @@ def _member(scene: Scene, gears: gear_set.GearSet, name: str) -> harmonics.Membe
         getattr(options, "installation", ()),
         eccentricity,
         getattr(options, "composite", "runout"),
+        measured,
+    )
+
+
+def _measured_pitch(
+    gears: gear_set.GearSet, name: str, table: Any
+) -> tuple[tuple[int, float, float], ...]:
+    """Return measured pitches as waves along the line of action, none without a table.
+
+    ``e_i = ±F_p,i cos α_t`` when tooth i passes the pitch point: a tooth of the driving
+    gear that stands back comes late, and one of the driven gear meets its mate early.
+    """
+    if table is None:
+        return ()
+    kind = next(
+        kind
+        for kind in gears.kinds
+        if name in [toothing.name for toothing in kind.pair.gears]
+    )
+    pair = kind.pair
+    cosine = math.cos(pair.driving.pressure_angle)
+    at_pitch_point = -pair.path.A / pair.base_pitch
+    begins = 0.0 if pair.driving.name == name else math.pi
+    teeth = gears.gears[name].teeth
+    return tuple(
+        (
+            order,
+            size * cosine,
+            phase + begins - 2.0 * math.pi * order * at_pitch_point / teeth,
+        )
+        for order, size, phase in table.waves()
+    )
+
+
+def pitch_flags(scene: Scene) -> tuple[str, ...]:
+    """Return what is to be known of measured pitches, in words.
+
+    Parameters
+    ----------
+    scene : the scene
+    """
+    members: Any = scene.prescribed.members
+    return tuple(
+        f"{name}: measured pitches, of range F_p "
+        f"{1e6 * float(np.ptp(members[name].pitch.cumulative)):.3g} µm, move the "
+        "teeth of a turn after one another; wear stays the same for all teeth"
+        for name in scene.prescribed.measured_pitches
     )
 
 

@@ -170,6 +170,7 @@ class GearModel:
             *self._flags_of_wear(),
             *errors.class_flags(scene, self.gears),
             *self._flags_of_back_flanks(),
+            *errors.pitch_flags(scene),
             *self._flags_of_materials(),
         ]
         return (

@@ -245,6 +245,8 @@ class MemberError(NamedTuple):
     installation : tolerances Δe_q, each with a random direction [m]
     eccentricity : distance of the toothing's axis from the axis it turns about [m]
     composite : what F_i′ − f_i′ comes from, ``runout`` of the toothing or its ``pitch``
+    measured : waves of measured pitches along the line of action, ``a cos(2π k φ/z +
+        p)`` of the mesh phase φ: (k, a [m], p [rad])
     """
 
     teeth: int
@@ -253,6 +255,7 @@ class MemberError(NamedTuple):
     installation: tuple[float, ...] = ()
     eccentricity: float = 0.0
     composite: str = "runout"
+    measured: tuple[tuple[int, float, float], ...] = ()
 
 
 class Realisation(NamedTuple):
@@ -265,16 +268,22 @@ class Realisation(NamedTuple):
         amplitude [m], initial angle [rad]); infinitely many teeth: at rest in the
         carrier
     pitch : those of pitches that add up over the teeth, likewise
+    measured : of measured pitches (waves to a turn, teeth of the member, amplitude [m],
+        initial angle of the wave [rad])
     """
 
     mesh: tuple[tuple[float, float, float], ...]
     runout: tuple[tuple[float, float, float], ...]
     pitch: tuple[tuple[float, float, float], ...] = ()
+    measured: tuple[tuple[int, int, float, float], ...] = ()
 
     @property
     def slow(self) -> tuple[tuple[float, float, float], ...]:
-        """All once-per-revolution parts."""
-        return (*self.runout, *self.pitch)
+        """All that repeats after a revolution: (mesh periods, amplitude, angle)."""
+        waves = (
+            (teeth / order, size, start) for order, teeth, size, start in self.measured
+        )
+        return (*self.runout, *self.pitch, *waves)
 
     def turned(self, angle: float) -> "Realisation":
         """Return the member seen from another side: its slow parts lead by an angle.
@@ -283,8 +292,14 @@ class Realisation(NamedTuple):
         ----------
         angle : by which they lead [rad]
         """
+        measured = tuple(
+            (order, teeth, size, start + order * angle)
+            for order, teeth, size, start in self.measured
+        )
         return self._replace(
-            runout=_turned(self.runout, angle), pitch=_turned(self.pitch, angle)
+            runout=_turned(self.runout, angle),
+            pitch=_turned(self.pitch, angle),
+            measured=measured,
         )
 
     def at_other_mesh(self, angle: float) -> "Realisation":
@@ -292,13 +307,18 @@ class Realisation(NamedTuple):
 
         Its axis, displaced, displaces both meshes at once, along directions that are
         ``angle`` apart. A tooth comes there half a turn later, with its other flank:
-        pitches change their sign twice.
+        pitches change their sign twice. Measured pitches, of which the other side is
+        taken to be alike, do so in odd orders of the turn, in even ones once.
 
         Parameters
         ----------
         angle : by which the other mesh's direction makes a runout lead [rad]
         """
-        return self._replace(runout=_turned(self.runout, angle))
+        measured = tuple(
+            (order, teeth, size, start + np.pi * (order + 1))
+            for order, teeth, size, start in self.measured
+        )
+        return self._replace(runout=_turned(self.runout, angle), measured=measured)
 
     def of(self, amplitude: float, angle: float) -> "Realisation":
         """Return this with another error, which is at rest in the carrier.
@@ -356,9 +376,14 @@ def realised(member: MemberError, random: np.random.Generator) -> Realisation:
     if member.eccentricity:
         axis.append((member.teeth, member.eccentricity, random.uniform(0.0, turn)))
 
+    # a cosine begins a quarter of its wave ahead of a sine
+    measured = tuple(
+        (order, member.teeth, size, start + 0.5 * np.pi)
+        for order, size, start in member.measured
+    )
     if member.composite == "pitch":
-        return Realisation(of_teeth, tuple(axis), composite)
-    return Realisation(of_teeth, (*composite, *axis))
+        return Realisation(of_teeth, tuple(axis), composite, measured)
+    return Realisation(of_teeth, (*composite, *axis), measured=measured)
 
 
 @dataclass(frozen=True)

@@ -42,7 +42,7 @@ def record(campaign: "Campaign", store: Store) -> str:
 def report_of(
     campaign: "Campaign",
     store: Store,
-    campaign_key: str,
+    campaign_key: str | None,
     computed: set[str],
     seconds: float,
     notes: tuple[str, ...],
@@ -52,7 +52,8 @@ def report_of(
     Parameters
     ----------
     campaign, store : whose runs, and where they are
-    campaign_key : of the campaign in the catalogue
+    campaign_key : of the campaign in the catalogue; None of a store that may only be
+        read, in which nothing is recorded
     computed : ids of the runs that this call computed
     seconds : that it took [s]
     notes : what else is to be known
@@ -87,9 +88,12 @@ def report_of(
 
 
 def _expected(
-    campaign: "Campaign", store: Store, campaign_key: str
+    campaign: "Campaign", store: Store, campaign_key: str | None
 ) -> tuple[report.Expected, ...]:
-    """Compare cases with what the campaign expects of them, and record it."""
+    """Compare cases with what the campaign expects of them, and record it.
+
+    Nothing is recorded without a key.
+    """
     expectations = [getattr(case, "expect", None) for case in campaign.cases]
     expecting = zip(campaign.cases, expectations, strict=True)
     entries = store.archive.entries(
@@ -99,7 +103,8 @@ def _expected(
         expectation and report.compare(expectation, case, store, entries.get(case.id))
         for case, expectation in zip(campaign.cases, expectations, strict=True)
     ]
-    store.archive.catalogue.record_comparisons(campaign_key, comparisons)
+    if campaign_key is not None:
+        store.archive.catalogue.record_comparisons(campaign_key, comparisons)
     return tuple(
         report.Expected(case.id, case.label, outcome.place(campaign, case), comparison)
         for case, comparison in zip(campaign.cases, comparisons, strict=True)

@@ -107,6 +107,9 @@ def run(
     calibrations = preparation.calibrations(
         tasks.values() if recomputes else unfinished
     )
+    if not unfinished and not calibrations and store.archive.is_read_only:
+        seconds = time.perf_counter() - clock
+        return recording.report_of(campaign, store, None, set(), seconds, ())
     notes = _open_store(store)
     preparation.declare(used_plugins, store.path)
     campaign_key = recording.record(campaign, store)

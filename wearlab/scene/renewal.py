@@ -5,8 +5,9 @@ from typing import Any
 from wearlab import slots
 from wearlab.scene import sections
 from wearlab.scene.completion import CompleteSections
+from wearlab.scene.errors import ErrorsSection
 from wearlab.scene.initial_wear import InitialWears
-from wearlab.scene.mesh import ErrorsSection, MeshSection, OneMesh
+from wearlab.scene.mesh import MeshSection, OneMesh
 from wearlab.scene.wear import WearSection
 
 SECTIONS: tuple[Any, ...] = (

@@ -6,7 +6,8 @@ from operator import attrgetter
 from typing import Any
 
 from wearlab.scene import gears, sections
-from wearlab.scene.mesh import OWN_MESHES, ErrorHarmonic, MeshSection, OneMesh
+from wearlab.scene.errors import ErrorHarmonic
+from wearlab.scene.mesh import OWN_MESHES, MeshSection, OneMesh
 from wearlab.scene.operation import BACK
 from wearlab.wear.coefficients.calibrated import CalibratedCoefficient
 
@@ -62,6 +63,36 @@ def _pins(scene: sections.Sections, members: dict[str, Any]) -> Problems:
             "stands in errors.carrier as well, and both would add up: give the pins' "
             "tolerances in one place",
         )
+
+
+def _pitches(scene: sections.Sections, members: dict[str, Any]) -> Problems:
+    """Measured pitches turn with their member, are one a tooth, and count once."""
+    errors: Any = scene.errors
+    gear_options = scene.gears.gears()
+    for name, member in members.items():
+        table = getattr(member, "pitch", None)
+        if table is None:
+            continue
+        path = f"errors.{name}.pitch"
+        teeth = gear_options[name].teeth
+        if not errors.slow.turns:
+            yield (
+                path,
+                "are followed tooth after tooth: give errors.slow = 'hunting', not "
+                f"{errors.slow.chosen!r}",
+            )
+        if len(table.cumulative) != teeth:
+            yield (
+                path,
+                f"has {len(table.cumulative)} deviations, but {name} has {teeth} "
+                "teeth: give one for each, in the order in which they come into mesh",
+            )
+        if "total_composite" in member.model_fields_set:
+            yield (
+                path,
+                f"is part of errors.{name}.total_composite, and both would add up: "
+                "leave out total_composite",
+            )
 
 
 def _widths(scene: sections.Sections, gear_set: Any) -> Problems:
@@ -582,6 +613,7 @@ RULES: tuple[tuple[str, Callable[[sections.Sections, Any], Problems]], ...] = (
     ("mesh", _meshes_of_the_set),
     ("errors.harmonic", _harmonics),
     ("errors.members", _pins),
+    ("errors.members", _pitches),
     ("gears", _widths),
     ("dynamics.friction", _friction),
     ("dynamics", _moving_parts),

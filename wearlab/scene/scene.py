@@ -15,9 +15,10 @@ from pydantic import ValidationError
 from wearlab import options, plugins, tables
 from wearlab.scene import identity, merge, problems, rules
 from wearlab.scene.completion import CompleteSections
+from wearlab.scene.errors import ErrorsSection
 from wearlab.scene.gears import Gears, kind_of
 from wearlab.scene.materials import Lubricant
-from wearlab.scene.mesh import ErrorsSection, MeshSection, OneMesh
+from wearlab.scene.mesh import MeshSection, OneMesh
 from wearlab.scene.operation import Dynamics, Operation
 from wearlab.scene.sections import (
     Numerics,

@@ -1,7 +1,6 @@
 """The sections of a scene, and what of them stands at a path of the file.
 
-``[numerics]``: one tolerance, and what may override what follows from it; ``[store]``:
-what is kept.
+``[numerics]``: one tolerance, and what may override what follows from it.
 
 ``[rating]``: what ISO 6336 says of the pair, beside what is computed.
 """
@@ -12,16 +11,17 @@ from itertools import accumulate
 from operator import mul
 from typing import Annotated, Any, ClassVar, get_args
 
-from annotated_types import Ge, Le, Lt, MinLen
-from pydantic import AfterValidator
+from annotated_types import Ge, Le, Lt
 from pydantic.fields import FieldInfo
 
-from wearlab import nearest, options, schema, slots
+from wearlab import options, slots
+from wearlab.scene.errors import ErrorsSection
 from wearlab.scene.gears import ALL_TOOTHED, LEAD_KEYS, Gears
 from wearlab.scene.materials import Lubricant
-from wearlab.scene.mesh import ErrorsSection, MeshSection, OneMesh
+from wearlab.scene.mesh import MeshSection, OneMesh
 from wearlab.scene.operation import BACK, Dynamics, Operation
 from wearlab.scene.start import Start
+from wearlab.scene.stored_variables import StoreSection
 from wearlab.scene.wear import WearSection
 
 STIFFNESS, PITTING = "ISO 6336-1", "ISO 6336-2"
@@ -85,44 +85,6 @@ class Numerics(options.Part):
     """right-hand sides after which a life ends where it is, to be gone on from; more
     than derived allow a longer search for other attractors, too [from the tolerance and
     the coordinates: minutes of work]"""
-
-
-ALL = "all"
-"""Stands for every variable that the present parts make without being asked."""
-
-
-def _known(names: tuple[str, ...]) -> tuple[str, ...]:
-    variables = (*schema.VARIABLES, ALL)
-    if unknown := [name for name in names if name not in variables]:
-        raise ValueError(
-            f"{unknown[0]!r} is no variable of a "
-            f"dataset{nearest.meant(unknown[0], variables)}"
-        )
-    return tuple(sorted(set(names)))
-
-
-class StoreSection(options.Part):
-    """What is kept of a run."""
-
-    variables: Annotated[tuple[str, ...], MinLen(1), AfterValidator(_known)] | None = (
-        None
-    )
-    """variables to store; 'all' is all that the present parts make, to which those made
-    on request (mesh_acceleration, its spectrum and statistics, mesh_deflection_orders)
-    are added by name [all that the present parts make]. Source: wearlab"""
-
-    results: dict[str, str] = options.option({})
-    """results of plug-ins that are stored, each with the hash of its source [those of
-    the plug-ins that the file names]. Source: wearlab"""
-
-    def keeps(self, name: str) -> bool:
-        """Whether a variable that was made is stored."""
-        return self.variables is None or name in self.variables or ALL in self.variables
-
-    @property
-    def requested(self) -> tuple[str, ...]:
-        """The variables that are made because they are named here."""
-        return tuple(name for name in self.variables or () if name in schema.ON_REQUEST)
 
 
 KEYS_OF_A_FACE = ("misalignment", "face_coupling", "face_points")

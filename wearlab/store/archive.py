@@ -3,6 +3,7 @@
 What wearlab itself does with a store: runs are found, claimed and written one by one.
 """
 
+import os
 from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from os import PathLike
@@ -165,6 +166,13 @@ class RunArchive:
         return path
 
     # writing
+
+    @property
+    def is_read_only(self) -> bool:
+        """Whether there is a catalogue, and nobody may write into it or beside it."""
+        file = self.catalogue.path
+        places = (file, file.parent)
+        return file.exists() and not all(os.access(place, os.W_OK) for place in places)
 
     def create(self) -> None:
         """Make the store's folder and catalogue where they are not."""

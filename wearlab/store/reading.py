@@ -11,6 +11,7 @@ import hashlib
 import io
 import math
 import os
+import sqlite3
 import threading
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager, suppress
@@ -33,6 +34,8 @@ from wearlab.store.files import StoreError, readable, refuse_links, refuse_overs
 Stamp = tuple[int, int, int, int, str]
 """By what a file is known again, and the hash that was found then."""
 TEXT_BYTES = 16  # that refer to a text of any length
+MAX_FOLDERS = 4
+"""Folders above a run's file among which that of its store is."""
 _sound: dict[str, Stamp] = {}
 
 
@@ -59,6 +62,11 @@ def checked_bytes(path: str | Path, sha256: str | None) -> bytes:
     if sha256 is not None:
         if hashlib.sha256(document).hexdigest() != sha256:
             _sound.pop(str(path), None)
+            if _is_recorded(Path(path), hashlib.sha256(document).hexdigest()):
+                raise StoreError(
+                    f"{path}: the run was computed anew after this was opened; open "
+                    "the campaign again"
+                )
             reason = (
                 "is not what was written: its bytes do not have the recorded hash "
                 f"{sha256[:12]}…"
@@ -70,6 +78,22 @@ def checked_bytes(path: str | Path, sha256: str | None) -> bytes:
             raise StoreError(f"{path}: {reason}; {remedy}")
         _sound[str(path)] = _mark(status, sha256)
     return document
+
+
+def _is_recorded(path: Path, sha256: str) -> bool:
+    """Say whether the store's catalogue has this hash for a run's file by now."""
+    for folder in path.absolute().parents[:MAX_FOLDERS]:
+        catalogue = folder / "catalogue.sqlite"
+        if not catalogue.is_file():
+            continue
+        with suppress(sqlite3.Error):
+            address = f"{catalogue.as_uri()}?mode=ro"
+            with closing(sqlite3.connect(address, uri=True)) as connection:
+                row = connection.execute(
+                    "SELECT sha256 FROM runs WHERE id = ?", (path.stem,)
+                ).fetchone()
+                return row is not None and row[0] == sha256
+    return False
 
 
 def _read(path: str | Path) -> tuple[os.stat_result, bytes]:

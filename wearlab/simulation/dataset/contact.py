@@ -1,5 +1,7 @@
 """Quasi-static contact of the meshes: stiffness, transmission error, load shares."""
 
+from typing import Any
+
 import numpy as np
 
 from wearlab import assembly
@@ -63,12 +65,46 @@ def _load_sharing(model: assembly.GearModel, states: States) -> label.Values:
                 row[number] = np.abs(total - 1.0).max()
     values: label.Values = {"residual_load_share": residual.max(axis=1)}
 
+    if model.scene.prescribed.measured_pitches:
+        return values | _hunting(model, states)
     slow_errors = model.gears.slow_errors(model.meshes)
     if slow_errors is not None:
         count = len(slow_errors)
         values["slow_error"] = slow_errors.T
         values["error_weight"] = np.full(count, 1.0 / count)
     return values
+
+
+def _hunting(model: assembly.GearModel, states: States) -> label.Values:
+    """Return the static transmission error until the same teeth meet again.
+
+    (n_states, n_mesh, hunting_period, phase): that of a mesh period, and the slow
+    errors of all teeth.
+    """
+    teeth = [gear.teeth for gear in model.gears.gears.values()]
+    errors: Any = model.scene.errors
+    periods = errors.slow.periods(teeth)
+    phase = np.arange(periods)[:, None] + model.phase
+    slow = np.stack([mesh.error.slow.value(phase) for mesh in model.meshes])
+
+    name = "static_transmission_error"
+    meshes = range(len(model.meshes))
+    within = [
+        np.asarray(_contact_of_pairs(model, mesh, states)[name]) for mesh in meshes
+    ]
+    each_period = np.stack(within, axis=1)[:, :, None, :]
+    return {
+        "hunting_transmission_error": each_period + slow,
+        "shaft_order": [_shaft_order(model, name) for name in model.gears.members],
+    }
+
+
+def _shaft_order(model: assembly.GearModel, member: str) -> float:
+    """Return the turns of a member in a mesh period, 0 of a carrier [1]."""
+    for name, gear in model.gears.gears.items():
+        if member == name or member.startswith(f"{name}-"):
+            return 1.0 / gear.teeth
+    return 0.0
 
 
 def _contact_of_pairs(
