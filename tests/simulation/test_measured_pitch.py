@@ -8,7 +8,7 @@ import pytest
 from scenes import external_pair
 
 import wearlab as wl
-from wearlab.figures.kinds.hunting import spectrum
+from wearlab.figures.kinds.hunting import named_lines, spectrum
 from wearlab.scene import Scene, SceneError
 from wearlab.simulation import simulate
 
@@ -142,13 +142,24 @@ def test_refusals_name_the_place_and_the_remedy(errors, message):
     assert "errors." in str(error.value)
 
 
-def test_figure_names_shaft_orders_mesh_orders_and_sidebands(tmp_path):
-    rough = [f"{10.0 * float(text.split()[0])} um" for text in ONE_WAVE]
-    errors = {"slow": "hunting", "pinion": {"pitch": rough}}
-    campaign = wl.load({**SCENE, **MOVING, "errors": errors})
+def test_figure_names_shaft_orders_mesh_orders_and_sidebands():
+    shafts = {"pinion": 1 / 20, "gear": 1 / 30}
+    size = {0.05: 4.0, 1 / 30: 3.0, 1.0: 9.0, 1.05: 2.0, 1 - 1 / 30: 1.0, 2.0: 5.0}
+    marks = named_lines(np.array(list(size)), np.array(list(size.values())), shafts)
+    assert {mark.text: mark.x for mark in marks} == {
+        "pinion": 0.05,
+        "gear": 1 / 30,
+        "mesh − gear": 1 - 1 / 30,
+        "mesh": 1.0,
+        "mesh + pinion": 1.05,
+        "2 mesh": 2.0,
+    }
+
+
+def test_figure_is_drawn_of_a_run(tmp_path):
+    campaign = wl.load(SCENE)
     wl.run(campaign, tmp_path / "store")
     grid = wl.open(tmp_path / "store").open(campaign)
-    figure = wl.figure(grid, "shaft-orders", y="dynamic_mesh_force")
+    figure = wl.figure(grid, "shaft-orders")
     names = {text.get_text() for axes in figure.axes for text in axes.texts}
     assert {"pinion", "mesh"} <= names
-    assert {"mesh + pinion", "mesh − pinion"} & names
