@@ -1,6 +1,7 @@
 """Gears that their rack undercuts, chamfered tips, and pairs that overlap alone."""
 
 import math
+import re
 
 import numpy as np
 import pytest
@@ -223,3 +224,41 @@ def test_pair_that_overlaps_too_little_is_told_how_wide_it_must_be():
     ):
         low_loss(1e-3)
     assert low_loss(1.4e-3).contact_ratio < 1.0
+
+
+def advised_diameter(member, gears, **keywords):
+    """Return the gears with the tip diameter that their refusal advises."""
+    with pytest.raises(GearError) as refusal:
+        pair_of(*gears, **keywords)
+    found = re.search(
+        rf"give {member} a tip_diameter of ([\d.]+) mm", str(refusal.value)
+    )
+    changed = [dict(gear) for gear in gears]
+    changed[1]["tip_diameter"] = 1e-3 * float(found[1])
+    return changed
+
+
+def test_advised_tip_of_a_ring_runs():
+    ring = {
+        "teeth": 24,
+        "profile_shift_coefficient": 0.5,
+        "tip_diameter": 68.5e-3,
+        "rim_diameter": 0.1,
+    }
+    pinion = {"teeth": 16, "profile_shift_coefficient": 0.0}
+    options = {"module": 3e-3, "internal": True}
+    pair = pair_of(*advised_diameter("ring", (pinion, ring), **options), **options)
+    assert pair.undercut_notes == ()
+
+
+def test_advised_tip_of_a_wheel_runs():
+    pinion = {"teeth": 20, "profile_shift_coefficient": 0.3}
+    wheel = {"teeth": 50, "tip_diameter": 52.8e-3}
+    assert pair_of(*advised_diameter("gear", (pinion, wheel))).contact_ratio > 1.0
+
+
+def test_advised_change_of_a_tooth_that_is_cut_off_runs():
+    with pytest.raises(GearError, match="10 teeth or more with a profile_shift"):
+        pair_of({"teeth": 5, "profile_shift_coefficient": -0.6}, {"teeth": 40})
+    pair = pair_of({"teeth": 10, "profile_shift_coefficient": 0.0}, {"teeth": 40})
+    assert pair.contact_ratio > 1.0

@@ -253,7 +253,8 @@ def form_radius(name: str, cut: RackCut) -> float:
         raise GearError(
             f"{name}: undercut: the rack's edge leaves {1e3 * max(thickness, 0.0):.3g} "
             f"mm of the {cut.teeth} teeth at their necks, less than {MIN_NECK:g} "
-            "modules"
+            "modules; give it 10 teeth or more with a profile_shift_coefficient of 0 "
+            "or more"
         )
     x, y, _ = cut.point(last)
     return math.hypot(x, y)
