@@ -213,11 +213,13 @@ def _put_conditions(
 ) -> None:
     """Write torque and speed of the driving member, or a table of load cases."""
     rows = [_row(condition, forwards=forwards) for condition in conditions]
-    if any(
+    reverses = any(
         condition.torque * (1 if forwards else -1) < 0.0 for condition in conditions
-    ):
-        draft.missing.append(
-            "operation.duty: load cases of negative torque load the back flank"
+    )
+    if reverses:
+        draft.derived.append(
+            "operation.duty: load cases of negative torque load the back flanks, "
+            "which wear by themselves"
         )
     shares = [condition.share for condition in conditions]
     if len(rows) == 1:

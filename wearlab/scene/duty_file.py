@@ -25,8 +25,8 @@ class LoadTable(NamedTuple):
 
     Parameters
     ----------
-    torque : of each condition [N m]
-    speed : of each condition [rad/s]
+    torque : of each condition, negative where it loads the back flanks [N m]
+    speed : of each condition, 0 of a standstill [rad/s]
     share : of time, in proportion to each other [s] or [1]
     """
 
@@ -99,16 +99,6 @@ def load_table_of(table: ReadTable, columns: Texts, units: Texts) -> LoadTable:
 def _refuse_rows(table: ReadTable, columns: Texts, loads: LoadTable) -> None:
     """Refuse rows that no condition of a duty can be, by row, column and value."""
     faults = {
-        "torque": (
-            [torque < 0.0 for torque in loads.torque],
-            "is negative: give its size where it loads the same flanks, else delete "
-            "the row",
-        ),
-        "speed": (
-            [speed <= 0.0 for speed in loads.speed],
-            "is not positive: a standstill wears nothing, delete its row; of a "
-            "reversed speed give the size",
-        ),
         "share": (
             [share < 0.0 for share in loads.share],
             "is negative: no time is; mend it or delete the row",

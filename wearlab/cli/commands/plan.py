@@ -208,15 +208,28 @@ def _duty(label: str, scene: Any) -> output.Text:
     source = "" if table is None else f", {table.file}: {table.understood}"
     yield f"\nload spectrum of {label}{source}"
 
+    until = scene.wear and scene.wear.until
+    hours = (until and until.hours) or 1000.0
+    work = {"front": 0.0, "back": 0.0}  # torque times speed, as linear wear has it
+    for block in blocks:
+        work[block.side] += block.share * abs(block.torque) * block.speed
     rows = []
     for block in blocks:
         speed = convert(block.speed, "rad/s", "rpm")
         power = 1e-3 * block.torque * block.speed
-        numbers = (block.torque, speed, 100.0 * block.share, power)
-        rows.append([f"{number:.6g}" for number in numbers])
+        cycles = 60.0 * speed * hours * block.share
+        numbers = (block.torque, speed, 100.0 * block.share, power, cycles)
+        texts = [f"{number:.6g}" for number in numbers]
+        if block.is_loaded:
+            of_side = block.share * abs(block.torque) * block.speed / work[block.side]
+            texts += [block.side, f"{100.0 * of_side:.4g}"]
+        else:
+            texts += ["none", ""]
+        rows.append(texts)
     mean = sum(block.share * block.torque * block.speed for block in blocks)
-    rows.append(["mean", "", "100", f"{1e-3 * mean:.6g}"])
+    rows.append(["mean", "", "100", f"{1e-3 * mean:.6g}", "", "", ""])
     heads = ["torque [N·m]", "speed [rpm]", "share [%]", "power [kW]"]
+    heads += [f"turns in {hours:g} h", "flanks", "of their wear [%]"]
     yield output.ShownTable(heads, rows)
 
 
