@@ -251,3 +251,9 @@ def test_load_factors_over_a_whole_turn_are_those_of_own_statics(
     assert largest == pytest.approx(factors.max(), abs=1e-3)
     told = "carries up to" in data.validity.item()
     assert told == (largest > 1.2)
+
+
+def test_an_eccentric_planet_acts_without_a_section_of_errors():
+    table = _set(planet={"eccentricity": "20 um"})
+    data = simulate(Scene.from_mapping(table))
+    assert float(data.mesh_load_factor_max.max()) > 1.1

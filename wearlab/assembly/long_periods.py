@@ -74,7 +74,7 @@ def slow_errors(
     at_angles = gears.slow_errors(meshes)
     if at_angles is None:
         return None
-    rows = scene.errors.slow.rows(meshes, at_angles)
+    rows = scene.prescribed.slow.rows(meshes, at_angles)
     if rows is None:
         return None
     free = system.direction @ null_space(system.total_stiffness)
