@@ -119,3 +119,8 @@ def test_what_a_static_run_cannot_have_is_told_with_what_it_takes(tmp_path, caps
         shown.err.strip()
         == "none of these runs has dynamic_factor: it takes [dynamics]"
     )
+    # a statistic that no run has went without a word
+    asked[2] = "max_wear_depth,wear_depth_min"
+    assert app.status_of(asked) == 0
+    said = capsys.readouterr().err
+    assert "none of these runs has wear_depth_min: few variables have _min" in said

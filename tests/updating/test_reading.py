@@ -74,3 +74,15 @@ def test_less_than_a_limit_of_detection_is_read_as_it_is_written(tmp_path):
 def test_what_cannot_be_is_told_with_value_and_remedy(tmp_path, rows, said):
     with pytest.raises(UpdateError, match=said):
         read(tmp_path, rows)
+
+
+def test_of_two_columns_that_say_when_the_one_that_is_read_is_told(tmp_path):
+    from conftest import STATIC
+
+    import wearlab as wl
+    from wearlab.cli.commands import plan
+
+    (tmp_path / "weighings.csv").write_text("cycles,hours,loss\n5e7,760,140\n")
+    (tmp_path / "weighed.toml").write_text(STATIC)
+    lines = list(plan._update(wl.load(tmp_path / "weighed.toml")))
+    assert any(line.endswith("when, by cycle: not by hours") for line in lines), lines

@@ -248,6 +248,7 @@ class Observed:
     place : (n,) there [SI], NaN without one
     row : (n,) line of the file
     fingerprint : hash of the file's bytes
+    unread : columns of the file that say when, too, and are not read
     """
 
     data: Data
@@ -261,6 +262,7 @@ class Observed:
     row: Index
     fingerprint: str
     since: Array | None = None
+    unread: tuple[str, ...] = ()
 
     def __len__(self) -> int:
         return len(self.time)
@@ -368,9 +370,17 @@ def read_observations(
         row=columns.lines,
         fingerprint=columns.fingerprint,
         since=_oil_changes(columns, clock, time, calendar),
+        unread=_unread_times(columns),
     )
     _refuse_odd_observations(columns, observed)
     return observed
+
+
+def _unread_times(columns: MeasuredColumns) -> tuple[str, ...]:
+    """Return the columns of a file that say when, too, beside the one that is read."""
+    read = {columns.names.get(role) for role in ("time", "date")}
+    usual = [columns.table.column_of(name, {}) for name in ("cycle", "hours", "date")]
+    return tuple(name for name in usual if name is not None and name not in read)
 
 
 def _oil_changes(

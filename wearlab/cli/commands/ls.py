@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from wearlab.cli import app, options, output
-from wearlab.query import split_columns
+from wearlab.query import keys, split_columns
 from wearlab.report import run as run_report
 from wearlab.report.key_results import KeyResult, key_results
 from wearlab.sources import SHORT_ID, is_other_code
@@ -154,6 +154,12 @@ def _complain_of_empty_columns(store: Store, table: "tables.Table") -> None:
             continue
         if name in TORQUE_AND_SPEED:
             _complain_of_conditions(store, empty, name)
+        elif name not in VARIABLES and len(empty) == len(table.records):
+            if keys.declared_key(name) is not None:
+                output.complain(
+                    f"none of these runs has {name}: few variables have _min, _mean "
+                    "and _max; ask for min(…), max(…) or mean(…) of it"
+                )
         elif name in VARIABLES and len(empty) == len(table.records):
             reasons = _ends(store, empty) if name in OF_LIVES else ()
             origin = origin_of(name)[1]

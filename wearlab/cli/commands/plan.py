@@ -267,6 +267,9 @@ def _update(campaign: "Campaign") -> output.Text:
                     for unit, observation in zip(group, observations, strict=True)
                 )
                 line += f": {', '.join(counts)}"
+            first = observations[0]
+            if first.unread:
+                line += f"; when, by {first.clock}: not by {', '.join(first.unread)}"
             yield line
 
         for limit in dict.fromkeys(unit.limit for unit in group):
