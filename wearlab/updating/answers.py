@@ -410,7 +410,8 @@ def _is_taken_as_steady(study: Subject, post: grids.Posterior) -> bool:
     drifts = any(run.course is not None for run in post.histories)
     measured = likelihood.measured_blocks(post.blocks)
     is_asked = study.spec.discrepancy == DRIFTING and study.spec.change == "none"
-    return bool(measured) and is_asked and not drifts
+    cannot = len(post.histories) > 1 or bool(study.replaced) or study.prior is None
+    return bool(measured) and is_asked and cannot and not drifts
 
 
 def _larger_errors(

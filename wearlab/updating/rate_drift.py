@@ -426,6 +426,15 @@ def runs_with_drift(
         log_joint += (log_prior + evidence).ravel().tolist()
 
     counted = _counted(np.array(log_joint), run, blocks)
+    if len(counted) and len(counted) <= MAX_RUNS_OF_MANY:
+        # beside a steady rate, which is a power of 1
+        one = Courses(POWER, np.zeros((1, 1)), np.ones((1, 1)))
+        steady_joint = np.log(STEADY_SHARE)
+        if groups:
+            steady_joint += _log_evidence(run, groups, start, one)[0, 0]
+        counted = counted[np.array(log_joint)[counted] > steady_joint - COUNTED]
+    if not len(counted):
+        return [run]
     runs = [run, *(with_course(run, chosen[n], blocks) for n in counted)]
     logs = np.array([np.log(STEADY_SHARE), *(log_priors[n] for n in counted)])
     # what is left out counts by those that count
