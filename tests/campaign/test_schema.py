@@ -68,6 +68,8 @@ DIMENSIONAL = {
     "profile_crowning",
     "profile_slope",
     "tooth_composite",
+    "pitch",
+    "values",
     "fm",
     "am_phase",
     "worn_mass",

@@ -50,18 +50,18 @@ class PitchTable(options.Part):
     """unit of the column [that of the header]"""
     values: tuple[options.Depth, ...] | None = None
     """the deviations themselves, in place of a file"""
-    stored: SkipJsonSchema[tuple[float, ...]] = ()
+    ordinate: SkipJsonSchema[tuple[float, ...]] = ()
     """the deviations in SI, from the file"""
 
     @classmethod
     def _complete(cls, table: dict[str, Any], info: ValidationInfo) -> dict[str, Any]:
-        if is_stored(table.get("stored")):
+        if is_stored(table.get("ordinate")):
             return table
         if table.get("values") is not None and "file" not in table:
             return table
-        refuse_contents(table, ("stored", "values"), WANTED)
+        refuse_contents(table, ("ordinate", "values"), WANTED)
         base = (info.context or {}).get("base_directory")
-        return {**table, "stored": _read(table, base)}
+        return {**table, "ordinate": _read(table, base)}
 
     def _check(self) -> None:
         if not len(self.cumulative):
@@ -78,7 +78,9 @@ class PitchTable(options.Part):
     @property
     def cumulative(self) -> Array:
         """F_p of every tooth, (z,) [m]."""
-        numbers = np.asarray(self.stored if self.values is None else self.values, float)
+        numbers = np.asarray(
+            self.ordinate if self.values is None else self.values, float
+        )
         return np.cumsum(numbers) if self.quantity == "f_p" else numbers
 
     def waves(self) -> tuple[tuple[int, float, float], ...]:
