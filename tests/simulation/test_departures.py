@@ -39,6 +39,14 @@ def test_every_choice_has_its_own(mesh, line):
     assert any(line in one for one in said(mesh))
 
 
+@pytest.mark.parametrize("contact", ["displacement", "exact"])
+def test_both_forms_tell_how_far_deep_lives_are_off(contact):
+    lines = said(mesh={"contact": contact}, wear=golden.WEAR)
+    assert any(
+        line.startswith("gaps: ") and "lives to depths" in line for line in lines
+    )
+
+
 def test_wear_brings_its_coefficient_and_its_gaps():
     lines = said(wear=golden.WEAR)
     for words in ("within a decade", "first order in wear"):
