@@ -14,6 +14,7 @@ os.environ.setdefault(
 )  # on busy cores threads wait for each other
 HERE = Path(__file__).parent
 sys.path[:0] = [str(HERE / folder) for folder in ("support", "benchmarks")]
+sys.path.append(str(HERE.parent / "docs"))  # scripts that make pages
 
 LONG = (
     "gradients/test_gradient.py",

@@ -1,11 +1,10 @@
 """Pictures of README and docs: each shows runs of today, or says why it shows none."""
 
-import importlib.util
 import io
 import re
-import sys
 from pathlib import Path
 
+import pictures
 import pytest
 from PIL import Image
 
@@ -14,21 +13,7 @@ SHOWN = re.compile(r"(?:!\[[^\]]*\]\(|\{image\} )([^)\s]+\.png)")
 
 
 @pytest.fixture(scope="module")
-def pictures():
-    sys.path.insert(0, str(TOP / "docs"))
-    try:
-        spec = importlib.util.spec_from_file_location(
-            "pictures", TOP / "docs" / "pictures.py"
-        )
-        module = importlib.util.module_from_spec(spec)
-        spec.loader.exec_module(module)
-    finally:
-        sys.path.pop(0)
-    return module
-
-
-@pytest.fixture(scope="module")
-def files(pictures):
+def files():
     return pictures.campaign_files()
 
 
@@ -41,14 +26,14 @@ def shown():
     }
 
 
-def test_every_picture_is_todays(pictures):
+def test_every_picture_is_todays():
     """`python docs/papers_pages.py STORE`, `docs/gallery.py` and `docs/pictures.py
     STORE` draw them.
     """
     assert pictures.stale() == {}
 
 
-def test_every_picture_shown_is_of_runs_or_said_to_be_of_none(pictures):
+def test_every_picture_shown_is_of_runs_or_said_to_be_of_none():
     known = set(pictures.pictures())
     others = {
         file
@@ -63,7 +48,7 @@ def test_every_picture_shown_is_of_runs_or_said_to_be_of_none(pictures):
 PICTURE = TOP / "docs" / "images" / "wear_profile.png"
 
 
-def test_another_model_version_makes_a_picture_stale(pictures, files, monkeypatch):
+def test_another_model_version_makes_a_picture_stale(files, monkeypatch):
     assert pictures.why_stale(PICTURE, files, {}) == ""
     monkeypatch.setattr("wearlab.scene.identity.MODEL_VERSION", 5)
     reason = pictures.why_stale(PICTURE, files, {})
@@ -73,7 +58,7 @@ def test_another_model_version_makes_a_picture_stale(pictures, files, monkeypatc
     )
 
 
-def test_another_figure_or_campaign_makes_a_picture_stale(pictures, tmp_path):
+def test_another_figure_or_campaign_makes_a_picture_stale(tmp_path):
     campaign = TOP / "campaigns" / "spur_speeds.toml"
     text = campaign.read_text(encoding="utf-8").replace(
         '"base/', f'"{campaign.parent.as_posix()}/base/'
@@ -90,14 +75,14 @@ def test_another_figure_or_campaign_makes_a_picture_stale(pictures, tmp_path):
     assert "no campaign is called" in pictures.why_stale(PICTURE, {}, {})
 
 
-def test_a_picture_without_a_question_is_stale(pictures, files, tmp_path):
+def test_a_picture_without_a_question_is_stale(files, tmp_path):
     bare = tmp_path / "bare.png"
     with Image.open(PICTURE) as picture:
         picture.convert("RGB").save(bare)
     assert pictures.why_stale(bare, files, {}).startswith("carries no question")
 
 
-def test_what_looks_otherwise_is_seen(pictures):
+def test_what_looks_otherwise_is_seen():
     image = PICTURE.read_bytes()
     assert pictures.share_seen(image, image) == 0.0
     stream = io.BytesIO()
