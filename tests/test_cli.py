@@ -268,7 +268,7 @@ def test_an_interrupt_says_how_to_go_on(command, campaign, monkeypatch):
 def test_figures_are_drawn_and_named(command, campaign, monkeypatch):
     drawn = []
 
-    def draw(campaign, store, out, ending):
+    def draw(campaign, store, out, ending, paper):
         drawn.append((campaign.title, str(store.path), out, ending))
         return [out / "01-tvms.png"]
 
@@ -283,7 +283,7 @@ def test_a_figure_that_cannot_be_drawn_does_not_stop_the_others(
 ):
     from wearlab.figures import FigureError
 
-    def draw(campaign, store, out, ending):
+    def draw(campaign, store, out, ending, paper):
         raise FigureError("figure 2: no such variable", (out / "01-tvms.png",))
 
     monkeypatch.setattr("wearlab.figures.draw", draw, raising=False)
@@ -299,7 +299,7 @@ def test_a_figure_drawn_again_says_what_became_of_its_runs(command, monkeypatch)
     from wearlab.figures.drawing import Redrawn
 
     again = Redrawn(Path("figures/01.png"), False, ("base: failed",), (), ("a" * 10,))
-    monkeypatch.setattr("wearlab.figures.redraw", lambda figure, store, out: again)
+    monkeypatch.setattr("wearlab.figures.drawing.redraw", lambda *asked: again)
     done = command("figures", "--from", "01.png", "--json")
     told = {
         "path": "figures/01.png",

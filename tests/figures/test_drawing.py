@@ -124,10 +124,10 @@ def test_letters_of_close_marks_turn_away_from_each_other():
         for x, letter in ((0.0, "A"), (0.5, "C"), (0.51, "D"), (1.0, "E"))
     )
     panel = Panel(0, 0, "", "", "", (curve,), marks)
-    assert _sides(panel, 1) == ["center", "right", "left", "center"]
+    assert _sides(panel, 0.02) == ["center", "right", "left", "center"]
     apart = (*marks[:2], Mark(0.55, "D"), *marks[3:])
-    assert _sides(panel._replace(marks=apart), 1) == ["center"] * 4
-    assert _sides(panel._replace(marks=apart), 3) == [
+    assert _sides(panel._replace(marks=apart), 0.02) == ["center"] * 4
+    assert _sides(panel._replace(marks=apart), 0.06) == [
         "center",
         "right",
         "left",

@@ -54,16 +54,33 @@ def test_axes_must_be_as_many_as_panels(grid, axes):
         wl.figure(grid, "mesh-force", ax=axes[0])
 
 
-def test_text_grows_with_the_size(grid):
-    small = wl.figure(grid, "max-wear", size=5.0)
-    large = wl.figure(grid, "max-wear", size=10.0)
-    assert small.get_figwidth() == 5.0 and large.get_figwidth() == 10.0
-    assert large.get_figheight() == pytest.approx(2.0 * small.get_figheight(), rel=1e-6)
-    one = text_sizes(small)
-    two = text_sizes(large)
-    assert two["Largest wear depth (µm)"] == pytest.approx(
-        2.0 * one["Largest wear depth (µm)"]
-    )
+def test_text_is_as_large_as_it_is_said_whatever_the_width(grid):
+    """Was: text of 6 points in a column of 3.5 inches."""
+    column, page = (wl.figure(grid, "max-wear", size=size) for size in ("84 mm", 7.2))
+    assert column.get_figwidth() == pytest.approx(84 / 25.4)
+    assert page.get_figwidth() == 7.2
+    label = "Largest wear depth (µm)"
+    assert text_sizes(column)[label] == text_sizes(page)[label] == 9.0
+    with pytest.raises(FigureError, match=r"width '84': .* such as 84mm"):
+        wl.figure(grid, "max-wear", size="84")
+    with pytest.raises(FigureError, match="a figure is 38 to 1016 mm wide"):
+        wl.figure(grid, "max-wear", size="5 mm")
+
+
+def test_ticks_legend_and_notes_go_with_the_text(grid):
+    """Was: with font.size = 18 ticks and legend of half that size."""
+    plain = wl.figure(grid, "max-wear", size=8.0, note="a note")
+    with plt.rc_context({"font.size": 18.0}):
+        large = wl.figure(grid, "max-wear", size=8.0, note="a note")
+    for size in (
+        lambda figure: figure.axes[0].get_xticklabels()[0].get_size(),
+        lambda figure: figure.legends[0].get_texts()[0].get_size(),
+        lambda figure: figure.get_supxlabel() and figure._supxlabel.get_size(),
+    ):
+        assert size(large) == pytest.approx(2.0 * size(plain))
+
+
+def test_a_height_is_kept(grid):
     exact = wl.figure(grid, "max-wear", size=(5.0, 4.5))
     assert exact.get_size_inches().tolist() == [5.0, 4.5]
 

@@ -21,6 +21,7 @@ from wearlab.store import Store, outcome
 
 if TYPE_CHECKING:
     from wearlab.campaign import Campaign, Case
+    from wearlab.figures.plot import Paper
     from wearlab.plugins import Plugin
 
 
@@ -264,7 +265,11 @@ class DrawnFigures(NamedTuple):
 
 
 def draw_figures(
-    campaign: "Campaign", store: Store, out: Path, ending: str = "png"
+    campaign: "Campaign",
+    store: Store,
+    out: Path,
+    ending: str = "png",
+    paper: "Paper | None" = None,
 ) -> DrawnFigures:
     """Draw a campaign's figures, and write to standard error why some cannot be.
 
@@ -274,11 +279,12 @@ def draw_figures(
     store : the folder of its runs
     out : folder of the figures
     ending : png, svg or pdf
+    paper : width and style, where they are not wearlab's
     """
     from wearlab.figures import FigureError, draw
 
     try:
-        return DrawnFigures(list(draw(campaign, store, out, ending)), True)
+        return DrawnFigures(list(draw(campaign, store, out, ending, paper)), True)
     except FigureError as error:
         complain(str(error))
         return DrawnFigures(list(error.drawn), False)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import xarray as xr
 
 from wearlab.figures.kind import FigureError, is_of_update
-from wearlab.figures.plot import narrow
+from wearlab.figures.plot import Paper, narrow
 from wearlab.figures.plotting import PlottedFigure, of_update, plotted
 from wearlab.figures.question import Question, embedded, question, question_in, texts
 from wearlab.nearest import choices
@@ -39,7 +39,11 @@ class FigureOutcome(NamedTuple):
 
 
 def draw(
-    campaign: "Campaign", store: "Store", out: Path, ending: str = "png"
+    campaign: "Campaign",
+    store: "Store",
+    out: Path,
+    ending: str = "png",
+    paper: Paper | None = None,
 ) -> list[Path]:
     """Draw one file for every ``[[figure]]`` of a campaign, named by number and kind.
 
@@ -49,6 +53,7 @@ def draw(
     store : where the runs are; nothing is computed
     out : folder of the figures, made when absent
     ending : png, svg or pdf
+    paper : width and style, where they are not wearlab's
 
     Returns
     -------
@@ -67,7 +72,8 @@ def draw(
 
     def written(figure_question: Question) -> Path:
         path = out / f"{figure_question.name}.{ending}"
-        image, _ = file_of(figure_question, grid, store, ending)
+        asked = figure_question._replace(paper=paper or Paper())
+        image, _ = file_of(asked, grid, store, ending)
         write_whole(path, image)
         return path
 
@@ -185,7 +191,8 @@ def file_of(
     figure = plot_of(figure_question, grid, store)
     entries = store.archive.entries(run.id for run in figure.runs)
     keywords = texts(figure_question, entries, figure.missing)
-    return rendered(figure.plot, keywords, ending), figure.missing
+    image = rendered(figure.plot, keywords, ending, figure_question.paper)
+    return image, figure.missing
 
 
 def plot_of(
@@ -228,7 +235,13 @@ class Redrawn(NamedTuple):
     changed: tuple[str, ...]
 
 
-def redraw(figure: Path, store: "Store", out: Path) -> Redrawn:
+def redraw(
+    figure: Path,
+    store: "Store",
+    out: Path,
+    ending: str | None = None,
+    paper: Paper | None = None,
+) -> Redrawn:
     """Draw a figure again from a store, by what its file says.
 
     Parameters
@@ -236,6 +249,8 @@ def redraw(figure: Path, store: "Store", out: Path) -> Redrawn:
     figure : PNG, SVG or PDF drawn by wearlab
     store : where the runs are; nothing is computed
     out : folder of the new figure, which may be that of the old one
+    ending : png, svg or pdf [that of the old one]
+    paper : width and style, of which each holds that is given [those of the old one]
 
     Returns
     -------
@@ -247,8 +262,13 @@ def redraw(figure: Path, store: "Store", out: Path) -> Redrawn:
     StoreError : there is no store, or a file of it is damaged
     """
     figure_question = question_in(embedded(figure), figure)
-    ending = figure.suffix.lower().removeprefix(".")
+    ending = ending or figure.suffix.lower().removeprefix(".")
     check_format(ending)
+    if paper is not None:
+        old_paper = figure_question.paper
+        width = paper.width or old_paper.width
+        look = Paper(width, paper.settings or old_paper.settings)
+        figure_question = figure_question._replace(paper=look)
 
     old_image = figure.read_bytes()
     grid = store.open(figure_question.campaign)  # type: ignore[arg-type]

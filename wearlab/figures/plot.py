@@ -1,5 +1,6 @@
 """Figures as plain data: series, panels, legend, and colours for all eyes."""
 
+import json
 import re
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -33,6 +34,11 @@ class Scale(NamedTuple):
     units: str
 
 
+MIN_WIDTH = 1.5  # inches
+MAX_WIDTH = 40.0  # inches
+NOT_KEPT = ("text.", "backend", "savefig.directory", "webagg")
+"""Beginnings of settings that a figure's file does not hand on: LaTeX runs for those
+alone who ask for it, on what they ask for."""
 DAYS = "days since 1970-01-01"
 """Unit of an abscissa that axes show as dates."""
 
@@ -366,6 +372,55 @@ class Plot(NamedTuple):
             *(e._replace(text=f"{self.head}: {e.text}") for e in first),
             *self.legend[len(first) :],
         )
+
+
+class Paper(NamedTuple):
+    """How a figure for a paper looks.
+
+    Parameters
+    ----------
+    width : of the figure [inches], None as wide as its panels need
+    settings : of matplotlib, by key
+    """
+
+    width: float | None = None
+    settings: Mapping[str, Any] = {}
+
+    @property
+    def is_plain(self) -> bool:
+        """Whether it asks for nothing."""
+        return self.width is None and not self.settings
+
+    def record(self) -> dict[str, Any]:
+        """Return what a figure's file keeps of it, as JSON holds it."""
+        kept = {
+            key: value
+            for key, value in self.settings.items()
+            if not key.startswith(NOT_KEPT)
+        }
+        text = json.dumps({"width": self.width, "settings": kept}, default=str)
+        return dict(json.loads(text))
+
+    @classmethod
+    def recorded(cls, record: Any) -> "Paper":
+        """Return the look that a figure's file keeps.
+
+        Parameters
+        ----------
+        record : as `record` returns it
+
+        Raises
+        ------
+        ValueError, KeyError, TypeError : no wearlab wrote it
+        """
+        import matplotlib
+
+        width = None if record["width"] is None else float(record["width"])
+        if width is not None and not MIN_WIDTH <= width <= MAX_WIDTH:
+            raise ValueError(f"a width of {width:g} inches")
+        settings: Any = matplotlib.RcParams(record["settings"])
+        kept = {key: settings[key] for key in settings if not key.startswith(NOT_KEPT)}
+        return cls(width, kept)
 
 
 NAMES = (

@@ -13,6 +13,7 @@ from wearlab import nearest, schema
 from wearlab.campaign import Campaign, claims, inheritance
 from wearlab.campaign.campaign import RecordedCampaign, from_record, to_record
 from wearlab.figures import kind, kinds, published
+from wearlab.figures.plot import Paper
 from wearlab.files import finite_json
 from wearlab.store.catalogue import Entry
 
@@ -121,6 +122,7 @@ class Question(NamedTuple):
     text, hash : the campaign file with all it extends, and its hash
     runs : id → hash of the file, of the runs that were drawn
     subject : of a figure of an update, the identity of what that is of
+    paper : how it is to look
     """
 
     number: int
@@ -131,6 +133,7 @@ class Question(NamedTuple):
     hash: str = ""
     runs: Mapping[str, str] | None = None
     subject: str = ""
+    paper: Paper = Paper()
 
     @property
     def request(self) -> kind.FigureRequest:
@@ -258,6 +261,8 @@ def _record_of(
     }
     if figure_question.subject:
         record["subject"] = figure_question.subject
+    if not figure_question.paper.is_plain:
+        record["paper"] = figure_question.paper.record()
     return record
 
 
@@ -310,6 +315,7 @@ def _question_of(record: Mapping[str, Any], keywords: Mapping[str, str]) -> Ques
         hash=keywords.get("campaign_hash", ""),
         runs=hashes,
         subject=str(record.get("subject", "")),
+        paper=Paper.recorded(record["paper"]) if "paper" in record else Paper(),
     )
 
 

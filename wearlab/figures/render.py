@@ -3,8 +3,10 @@
 import io
 import json
 import textwrap
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from functools import partial
+from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -21,7 +23,18 @@ from PIL.PngImagePlugin import PngInfo
 
 from wearlab.arrays import Array
 from wearlab.figures import doubt, kind
-from wearlab.figures.plot import BESIDE, WEAR, Bar, Curve, LegendEntry, Panel, Pen, Plot
+from wearlab.figures.plot import (
+    BESIDE,
+    WEAR,
+    Bar,
+    Curve,
+    LegendEntry,
+    Panel,
+    Paper,
+    Pen,
+    Plot,
+    narrow,
+)
 from wearlab.figures.wording import axis_label, latex, power_of_ten
 
 if TYPE_CHECKING:
@@ -38,15 +51,8 @@ SETTINGS: Any = {
 } | RC
 SETTINGS |= {"svg.hashsalt": "wearlab", "svg.fonttype": "path", "pdf.fonttype": 42}
 """Of every file, whatever matplotlibrc a reader keeps at home."""
-SCALED = (
-    "font.size",
-    "labelsize",
-    "fontsize",
-    "linewidth",
-    "markersize",
-    "major.size",
-    "major.width",
-)
+TEXT_SIZES = ("labelsize", "fontsize")
+"""Endings of settings that go with ``font.size``."""
 
 # inches, of a figure in the default size
 MARGIN = 0.08
@@ -58,6 +64,16 @@ HEIGHTS = {
 NOTE = 7.5 / 9.0
 MARK = 8.0 / 9.0
 END_TEXT = "end-text"  # what is written beside curves
+LETTERS_AN_INCH = 17.0
+"""Of an axis label in the default size."""
+MIN_PANEL = 2.0
+"""Inches of a panel in the default size: where less is left, panels stand one below the
+other."""
+MIN_HEIGHT = 0.75
+MAX_HEIGHT = 2.0
+"""Of a panel over its default, as the width is over its own."""
+MAX_THINNED = 5
+"""Times that ticks are thinned."""
 MAX_SQUEEZE = 3.0
 """Of an abscissa for all panels, over that of the narrowest."""
 AREA_ALPHA = 0.25
@@ -87,12 +103,13 @@ def drawn(
 ) -> Figure:
     """Return the figure of a plot in the house style.
 
-    What the reader's rcParams set holds before it.
+    What the reader's rcParams set holds before it. Text is as large as ``font.size``
+    says, whatever the width.
 
     Parameters
     ----------
     plot : what to draw
-    size : width, or width and height [inches]; text and lines grow with the width
+    size : width, or width and height [inches]
     ax : axes to draw in, as many as there are panels; title and notes are left to their
         owner
 
@@ -106,20 +123,44 @@ def drawn(
         width = size
     elif size:
         width, height = size
-    scale = 1.0 if width is None else width / _width(plot)
 
-    house = {
-        key: value * scale
-        if key.endswith(SCALED) and isinstance(value, float)
-        else value
-        for key, value in RC.items()
-    }
     of_reader = _settings_of_reader()
+    house = _in_proportion(of_reader)
     settings: Any = house | {key: v for key, v in of_reader.items() if key in RC}
-    with matplotlib.rc_context(settings):
+    with matplotlib.rc_context(settings), _with_latex():
         if matplotlib.rcParams["text.usetex"]:
             plot = _for_latex(plot)
         return draw(plot, width, height) if ax is None else _draw_in(plot, ax)
+
+
+def _in_proportion(settings: Mapping[str, Any]) -> dict[str, Any]:
+    """Return wearlab's settings, ticks, legend and notes in proportion to a text size.
+
+    Parameters
+    ----------
+    settings : of which ``font.size`` counts
+    """
+    scale = float(settings.get("font.size", RC["font.size"])) / RC["font.size"]
+    return {
+        key: value * scale
+        if key.endswith(TEXT_SIZES) and isinstance(value, float)
+        else value
+        for key, value in RC.items()
+    }
+
+
+@contextmanager
+def _with_latex() -> Iterator[None]:
+    """Refuse, rather than fail, where LaTeX is asked for and cannot be run."""
+    try:
+        yield
+    except RuntimeError as error:
+        if not matplotlib.rcParams["text.usetex"]:
+            raise
+        raise kind.FigureError(
+            "figure: text.usetex needs LaTeX with dvipng, type1cm and cm-super "
+            f"({error}): install it, or leave text.usetex out"
+        ) from None
 
 
 def _settings_of_reader() -> dict[str, Any]:
@@ -134,7 +175,12 @@ def _settings_of_reader() -> dict[str, Any]:
     return settings
 
 
-def rendered(plot: Plot, texts: Mapping[str, str], ending: str = "png") -> bytes:
+def rendered(
+    plot: Plot,
+    texts: Mapping[str, str],
+    ending: str = "png",
+    paper: Paper | None = None,
+) -> bytes:
     """Return the file of a plot, with its texts and without any date or software name.
 
     Parameters
@@ -143,13 +189,24 @@ def rendered(plot: Plot, texts: Mapping[str, str], ending: str = "png") -> bytes
     texts : keyword → text; PNG holds each as a text chunk, SVG and PDF all as JSON in
         their description
     ending : png, svg or pdf
+    paper : width and settings, where they are not wearlab's
+
+    Raises
+    ------
+    FigureError : LaTeX is asked for, and is not there
     """
-    with matplotlib.rc_context(SETTINGS):
-        figure = draw(plot)
+    look = paper or Paper()
+    settings: Any = SETTINGS | _in_proportion(look.settings) | look.settings
+    settings["savefig.bbox"] = None  # which would change the width
+    dpi = look.settings.get("savefig.dpi", DPI)
+    with matplotlib.rc_context(settings), _with_latex():
+        drawable = _for_latex(plot) if settings["text.usetex"] else plot
+        figure = draw(drawable, look.width)
         stream = io.BytesIO()
         if any(curve.text for panel in plot.panels for curve in panel.curves):
             part_texts(figure)
-        figure.savefig(stream, format=ending, dpi=DPI, **_saved(texts, ending))
+        pixels = DPI if dpi == "figure" else dpi
+        figure.savefig(stream, format=ending, dpi=pixels, **_saved(texts, ending))
     return stream.getvalue()
 
 
@@ -226,9 +283,11 @@ def draw(plot: Plot, width: float | None = None, height: float | None = None) ->
     plot : what to draw
     width, height : of the figure [inches], None for what the plot needs
     """
-    width = width or _width(plot)
     # of all lengths, over those of the default size
     unit = matplotlib.rcParams["font.size"] / RC["font.size"]
+    if width is not None and width / unit < MIN_PANEL * plot.columns:
+        plot = narrow(plot)._replace(small=False)
+    width = width or _width(plot)
     letters = width / unit
     wrapped = [textwrap.wrap(note, int(letters * 21.5)) for note in plot.notes]
     notes = [line for lines in wrapped for line in lines]
@@ -236,7 +295,9 @@ def draw(plot: Plot, width: float | None = None, height: float | None = None) ->
 
     figure = Shown(figsize=(width, 1.0))
     FigureCanvasAgg(figure)
-    legend_lines = _head(figure, plot.headed, title, unit)
+    room = int((letters - 0.7) * LETTERS_AN_INCH)
+    entries = [e._replace(text=textwrap.fill(e.text, room)) for e in plot.headed]
+    legend_lines = _head(figure, entries, title, unit)
     texts = len(title) * 0.25 + legend_lines * 0.175 + len(notes) * 0.15
     beside = unit * (
         texts + bool(plot.bar) * 0.34 + 2 * MARGIN + (1 + bool(notes)) * 0.07
@@ -259,18 +320,41 @@ def draw(plot: Plot, width: float | None = None, height: float | None = None) ->
     _draw_panels(figure, plot, letters, (height - beside) / plot.rows / unit)
     if plot.bar is not None:
         _bar(figure, plot.bar, unit)
+    thin_tick_labels(figure)
     return figure
 
 
 def _panel_height(plot: Plot, letters: float) -> float:
     """Return the height of a panel: the default, or what names of ranks need."""
-    default = HEIGHTS[plot.shape][: plot.columns][-1]
+    share = min(max(letters / _width(plot), MIN_HEIGHT), MAX_HEIGHT)
+    default = share * HEIGHTS[plot.shape][: plot.columns][-1]
+    room = _letters_of_panel(plot, letters)
+    further = 0
     lines = 0
     for panel in plot.panels:
+        texts = (panel.title, panel.x_label)
+        counts = [len(wrapped(text, room).splitlines()) for text in texts]
+        further = max(further, sum(count - 1 for count in counts if count))
         names = _names_of(panel, letters)
         if names:
             lines = max(lines, len(names) * max(map(len, names)))
-    return max(default, 0.7 + lines * 0.15)
+    return max(default, 0.7 + lines * 0.15) + further * 0.155
+
+
+def _letters_of_panel(plot: Plot, letters: float) -> int:
+    """Return how many letters fit above and below a panel."""
+    return int((letters / plot.columns - 0.45) * LETTERS_AN_INCH)
+
+
+def wrapped(text: str, room: int) -> str:
+    """Return a text in lines, words of which stay whole.
+
+    Parameters
+    ----------
+    text : such as a title
+    room : letters of a line
+    """
+    return textwrap.fill(text, max(room, 8), break_long_words=False)
 
 
 def _draw_in(plot: Plot, ax: Any) -> Figure:
@@ -408,7 +492,63 @@ def _head(
     bold = FontProperties(weight="bold", size=size)
     legend.set_title("\n".join(title), prop=bold)
     legend.get_title().set_parse_math(False)
-    return -(-len(entries) // columns)
+    counts = [1 + entry.text.count("\n") for entry in entries]
+    rows = [counts[row : row + columns] for row in range(0, len(counts), columns)]
+    return sum(map(max, rows))
+
+
+def thin_tick_labels(figure: Figure) -> None:
+    """Take fewer ticks where their labels touch each other.
+
+    Parameters
+    ----------
+    figure : that is drawn but for this
+    """
+    for _ in range(MAX_THINNED):
+        figure.draw_without_rendering()
+        axes = [one for ax in figure.axes for one in (ax, *ax.child_axes)]
+        crowded = [
+            (axis, count)
+            for ax in axes
+            for axis, along in ((ax.xaxis, 0), (ax.yaxis, 1))
+            if (count := _crowded(axis, along))
+        ]
+        if not crowded:
+            return
+        for axis, count in crowded:
+            _take_fewer_ticks(axis, count)
+
+
+def _crowded(axis: Any, along: int) -> int:
+    """Return the number of labels of an axis where some touch, else 0."""
+    low, high = sorted(axis.get_view_interval())
+    slack = 1e-9 * (high - low)
+    boxes = [
+        tick.label1.get_window_extent() if tick.label1.get_visible() else None
+        for tick in axis.get_major_ticks()
+        if low - slack <= tick.get_loc() <= high + slack and tick.label1.get_text()
+    ]
+    boxes += [
+        tick.label2.get_window_extent()
+        for tick in axis.get_major_ticks()
+        if tick.label2.get_visible() and low - slack <= tick.get_loc() <= high + slack
+    ]
+    spans = sorted((box.min[along], box.max[along]) for box in boxes if box is not None)
+    touch = any(after[0] < before[1] for before, after in pairwise(spans))
+    return len(spans) if touch else 0
+
+
+def _take_fewer_ticks(axis: Any, count: int) -> None:
+    """Give an axis one label less than it has, in the way its ticks are found."""
+    locator = axis.get_major_locator()
+    if isinstance(locator, dates.AutoDateLocator):
+        days = dates.AutoDateLocator(minticks=2, maxticks=max(count - 1, 2))
+        axis.set_major_locator(days)
+        axis.set_major_formatter(dates.ConciseDateFormatter(days))
+    elif isinstance(locator, ticker.LogLocator):
+        axis.set_major_locator(ticker.LogLocator(numticks=max(count - 1, 2)))
+    elif isinstance(locator, ticker.MaxNLocator):
+        axis.set_major_locator(ticker.MaxNLocator(max(count - 2, 1), **STEPS))
 
 
 def _handle(entry: LegendEntry) -> Line2D:
@@ -480,8 +620,10 @@ def _draw_panels(figure: Figure, plot: Plot, letters: float, tall: float) -> Non
     for place, ax in np.ndenumerate(grid):
         if place not in axes:
             ax.remove()
+    letters_of_panel = _letters_of_panel(plot, letters)
     for panel, ax in zip(plot.panels, axes.values(), strict=True):
-        _panel(ax, panel, plot)
+        title = wrapped(panel.title, letters_of_panel)
+        _panel(ax, panel._replace(title=title), plot)
 
     bottom = max(row for row, _ in axes)
     room = int((tall - 0.6) * 72 / 3.9)
@@ -490,7 +632,8 @@ def _draw_panels(figure: Figure, plot: Plot, letters: float, tall: float) -> Non
         leftmost = plot.share_y == "none" or (row, column - 1) not in axes
         lowest = (row + 1, column) not in axes or not shared_x
         ax.tick_params(labelbottom=lowest and bool(panel.x_label), labelleft=leftmost)
-        ax.set_xlabel(panel.x_label if row == bottom or not has_one_label else "")
+        x_label = panel.x_label if row == bottom or not has_one_label else ""
+        ax.set_xlabel(wrapped(x_label, letters_of_panel))
         has_label = leftmost and not panel.names
         ax.set_ylabel(textwrap.fill(panel.y_label, room) if has_label else "")
         _scaled(ax, plot)
@@ -538,12 +681,18 @@ def _hours_on_top(ax: "Axes", panel: Panel, *, first: bool) -> None:
     top.spines["top"].set_visible(True)
 
 
-def _sides(panel: Panel, columns: int) -> list[str]:
-    """Return how the letters of marks are aligned: close ones turn away."""
+def _sides(panel: Panel, share: float) -> list[str]:
+    """Return how the letters of marks are aligned: close ones turn away.
+
+    Parameters
+    ----------
+    panel : with its marks
+    share : of the abscissa, that two letters need
+    """
     places = np.array([mark.x for mark in panel.marks])
     abscissae = np.concatenate([curve.x for curve in panel.curves] + [places])
     # that two letters need
-    room = 0.02 * columns * np.ptp(abscissae[np.isfinite(abscissae)])
+    room = share * np.ptp(abscissae[np.isfinite(abscissae)])
 
     distance = places - places[:, None]
     has_next = ((distance > 0.0) & (distance < room)).any(axis=1)
@@ -576,7 +725,10 @@ def _panel(ax: "Axes", panel: Panel, plot: Plot) -> None:
     _part_levels(ax)
 
     size = MARK * matplotlib.rcParams["font.size"]
-    for mark, side in zip(panel.marks, _sides(panel, plot.columns), strict=True):
+    shown: Any = ax.figure
+    letters = shown.get_figwidth() * RC["font.size"] * MARK / size
+    share = 0.02 * plot.columns * max(_width(plot) / letters, 1.0)
+    for mark, side in zip(panel.marks, _sides(panel, share), strict=True):
         ax.axvline(mark.x, color="#9a9a9a", lw=0.6, ls=(0, (2, 2)), zorder=1)
         ax.annotate(
             mark.text,

@@ -9,6 +9,7 @@ from pydantic import ValidationError
 from wearlab.campaign.campaign import FigureSpec
 from wearlab.figures import kinds
 from wearlab.figures.kind import FigureError, no_kind, read
+from wearlab.figures.paper import width_in_inches
 from wearlab.figures.plot import Plot
 from wearlab.figures.plotting import of_update, plotted
 from wearlab.nearest import choices
@@ -21,8 +22,8 @@ if TYPE_CHECKING:
 
 NAME = "figure"
 """How errors call a figure that stands in no campaign file."""
-Size = float | tuple[float, float] | None
-"""Width, or width and height [inches]."""
+Size = float | str | tuple[float, float] | None
+"""Width in inches or with its unit, or width and height [inches]."""
 
 
 class ReportOfRuns(Protocol):
@@ -61,8 +62,8 @@ def figure(
     kind : listed by ``wearlab schema --figures``
     ax : axes of matplotlib to draw in, one for each panel; title and legend stand in
         them, notes are left out
-    size : width, or width and height [inches]; text and lines grow with the width
-        [as the panels need]
+    size : width with its unit, such as "84 mm", or in inches; or width and height
+        [inches]; text is as large as ``font.size`` says [as the panels need]
     options : as in ``[[figure]]``: select, x, y, hue, rows, cols, units, title, note,
         published
 
@@ -70,6 +71,7 @@ def figure(
     -------
     A figure of matplotlib; notebooks show it, ``savefig`` writes it. What you set in
     rcParams (fonts, ``text.usetex``, ``font.size``) holds before wearlab's style;
+    ticks, legend and notes go with ``font.size``;
     ``title=""`` leaves the title out.
 
     Raises
@@ -80,7 +82,8 @@ def figure(
     plot = plotted(grid_of(of), request).plot
     from wearlab.figures.render import drawn
 
-    return drawn(plot, size, ax)
+    width = width_in_inches(size) if isinstance(size, int | float | str) else size
+    return drawn(plot, width, ax)
 
 
 def specified(options: dict[str, Any]) -> FigureSpec:

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from wearlab.cli import app, options, output
-from wearlab.store import Store, files, open_store
+from wearlab.store import files, open_store
 
 if TYPE_CHECKING:
     from wearlab.figures import drawing
@@ -24,8 +24,32 @@ def figures(
         Path, options.option("--out", "Where the figures go.", "DIR")
     ] = Path("figures"),
     format: Annotated[
-        str, options.option("--format", "png, svg or pdf.", "FORMAT")
-    ] = "png",
+        str | None,
+        options.option(
+            "--format",
+            "png, svg or pdf.",
+            "FORMAT",
+            show_default="png, or that of --from",
+        ),
+    ] = None,
+    width: Annotated[
+        str | None,
+        options.option(
+            "--width",
+            "How wide, such as a column of 84mm; text stays as large as it is.",
+            "LENGTH",
+            show_default="as the panels need",
+        ),
+    ] = None,
+    style: Annotated[
+        Path | None,
+        options.option(
+            "--style",
+            "Fonts and sizes: a style file of matplotlib (.mplstyle).",
+            "FILE",
+            show_default="wearlab's",
+        ),
+    ] = None,
     from_: Annotated[
         list[Path] | None,
         options.option(
@@ -35,24 +59,28 @@ def figures(
 ) -> output.Findings:
     """Draw the figures of a campaign, or a figure again."""
     from wearlab.figures import drawing
+    from wearlab.figures.paper import paper_of
 
     if (file is None) == (not from_):
         raise output.Stop("figures: give a campaign FILE, or --from FIGURE")
     with output.refusing(OSError):
+        if format is not None:
+            drawing.check_format(format)
+        paper = paper_of(width, style)
         if file is None:
-            return _redraw(from_ or [], store, out)
-        drawing.check_format(format)
+            redrawn = [
+                drawing.redraw(figure, store, out, format, paper)
+                for figure in from_ or []
+            ]
+            return _findings_of_redrawn(redrawn)
         campaign = output.read_drawable_campaign(file)
-        drawn = output.draw_figures(campaign, store, out, format)
+        drawn = output.draw_figures(campaign, store, out, format or "png", paper)
     paths = [str(path) for path in drawn.files]
     return output.Findings(paths, paths, drawn.ok)
 
 
-def _redraw(figures: Sequence[Path], store: Store, out: Path) -> output.Findings:
-    """Draw figures again from the store, and name missing and stale runs."""
-    from wearlab.figures import redraw
-
-    redrawn = [redraw(figure, store, out) for figure in figures]
+def _findings_of_redrawn(redrawn: "Sequence[drawing.Redrawn]") -> output.Findings:
+    """Return what became of figures drawn again: missing and stale runs."""
     content = [figure._asdict() | {"path": str(figure.path)} for figure in redrawn]
     ok = not any(figure.missing for figure in redrawn)
     return output.Findings(content, _redrawn_text(redrawn), ok)
