@@ -111,7 +111,7 @@ def test_what_is_not_understood_is_refused(file, old, new, message):
         ({"side": "right", "y": "depth"}, "holds deviations"),
         (
             {"side": "right", "units": {"deviation": "um"}},
-            "leave out columns and units",
+            "leave out columns, units, sheet and decimal",
         ),
     ],
 )
@@ -195,3 +195,12 @@ def test_damaged_files_are_read_or_refused(file):
             refused += 1
             assert "\n" not in str(error)
     assert 0 < refused < 300
+
+
+@pytest.mark.parametrize("options", [{"sheet": "Messung"}, {"decimal": ","}])
+def test_options_of_tables_are_refused_beside_a_machines_file(tmp_path, options):
+    """Was: ignored without a word."""
+    path = tmp_path / "gear.mka"
+    path.write_text("HEADER KS.MK.FILE\n 178 :sign : LVORZ 1\n", encoding="utf-8")
+    with pytest.raises(TableError, match="leave out columns, units, sheet and decimal"):
+        read_measured_flank({"file": str(path), "side": "left", **options})

@@ -141,10 +141,10 @@ def _refuse_other_contents(
     measurement: p40.Measurement, options: Mapping[str, Any]
 ) -> None:
     """Refuse columns, units and quantities that a machine's file does not have."""
-    if options.get("columns") or options.get("units"):
+    if any(options.get(key) for key in ("columns", "units", "sheet", "decimal")):
         raise TableError(
             f"{measurement.file}: it tells its quantities and units by codes: leave "
-            "out columns and units"
+            "out columns, units, sheet and decimal"
         )
     if options.get("x") not in (None, "roll_length", FACE):
         raise TableError(

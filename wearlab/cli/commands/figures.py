@@ -196,10 +196,10 @@ def profile(
     ending = figure.suffix.lower().removeprefix(".")
     drawing.check_format(ending)
     if is_measurement_file(file):
-        if columns or units:
+        if columns or units or sheet or decimal:
             raise output.Stop(
                 f"{file}: its codes tell quantities and units: leave out "
-                "--columns and --units"
+                "--columns, --units, --sheet and --decimal"
             )
         return _measured_gear(file, figure)
 
