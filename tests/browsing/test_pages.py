@@ -13,6 +13,7 @@ import pytest
 from fake_campaign import alter, filled, sweep
 
 from wearlab.browsing import listing, recorded
+from wearlab.campaign.campaign import FigureSpec, with_figures
 from wearlab.query import QueryError
 from wearlab.store import StoreError
 from wearlab.store.locks import ReachedCycle
@@ -368,6 +369,46 @@ def test_a_copy_has_two_hundred_runs_at_most(small, tmp_path):
         write_copy(small.store, tmp_path / "copy", "large")
     with pytest.raises(StoreError, match="2 campaigns: choose one"):
         write_copy(small.store, tmp_path / "copy")
+
+
+@pytest.mark.parametrize(
+    ("rows", "drawn_there"), [(2, True), (100_000, False)], ids=["kept", "too long"]
+)
+def test_a_copy_draws_published_points_or_says_that_they_are_not_there(
+    drawn, tmp_path, rows, drawn_there
+):
+    """Was a note on hollow marks that the copy did not draw."""
+    points = tmp_path / "paper.csv"
+    points.write_text("x [million cycles],y [um]\n" + "3,2\n" * rows)
+    figure = FigureSpec(
+        kind="max-wear", published=points, note="Hollow marks: the paper."
+    )
+    cases = tuple(
+        made_up.Case("base", f"{number + 1:020x}", {"speed": number})
+        for number in range(3)
+    )
+    axis = made_up.Axis("speed", made_up.SPEEDS, "rpm", "operation.speed")
+    campaign = made_up.Campaign(cases, (axis,), "with points", figures=(figure,))
+    key = drawn.store.archive.catalogue.record_campaign(
+        campaign.title,
+        None,
+        None,
+        [(case.id, case.label, {}) for case in cases],
+        {},
+        with_figures(campaign),
+    )
+    points.unlink()
+
+    source = question.Source(drawn.store, recorded.campaign_of(drawn.store, key))
+    (asked,) = source.of_campaign()
+    plot = source.plot(asked)
+    styles = {curve.style for panel in plot.panels for curve in panel.curves}
+    assert ("published" in styles) == drawn_there
+    absent = "The points of paper.csv are not in this store, and not drawn."
+    assert any(absent in note for note in plot.notes) != drawn_there
+
+    first = write_copy(drawn.store, tmp_path / "copy", "with points")
+    assert (absent in first.read_text()) != drawn_there
 
 
 @pytest.mark.parametrize(

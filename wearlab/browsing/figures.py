@@ -36,6 +36,7 @@ from wearlab.figures.plot import Plot, narrow
 from wearlab.figures.question import KEYS, Question, table_of
 from wearlab.schema import VARIABLES
 from wearlab.store import Store, StoreError
+from wearlab.tables.points import Points
 
 ROLES = ("x", "hue", "rows", "cols", "y")
 ASKED = ("run", "campaign", "kind", "select", "state", "y_as", *ROLES)
@@ -190,13 +191,9 @@ class Source:
 
     def of_campaign(self) -> list[Question]:
         """Return what the figures of its campaign ask."""
-        tables = (
-            {key: v for key, v in vars(spec).items() if key in KEYS}
-            for spec in self.campaign.figures
-        )
         return [
-            Question(number, table, None, self.campaign)
-            for number, table in enumerate(tables, 1)
+            Question(number, *_recorded(vars(spec)), self.campaign)
+            for number, spec in enumerate(self.campaign.figures, 1)
         ]
 
     def asked(self) -> list[Question]:
@@ -294,6 +291,21 @@ class Source:
                 else drawing.fault_message(question.name, error)
             )
         return ShownFigure(name_of(question), problem=problem)
+
+
+def _recorded(figure: Mapping[str, Any]) -> tuple[dict[str, Any], Points | None]:
+    """Return options and points of a figure, as a store recorded it.
+
+    The note says it where the points were not kept.
+    """
+    table = {key: value for key, value in figure.items() if key in KEYS}
+    points = [str(text) for text in figure.get("points") or ()]
+    if len(points) == len(Points._fields):
+        return table, Points(*points)
+    if points:
+        absent = f"The points of {points[0]} are not in this store, and not drawn."
+        table["note"] = " ".join([*filter(None, [table.get("note")]), absent])
+    return table, None
 
 
 def name_of(question: Question) -> str:

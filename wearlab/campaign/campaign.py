@@ -17,9 +17,13 @@ from wearlab.campaign.case import Case, Excluded
 from wearlab.campaign.claims import ClaimSpec, spelled_note
 from wearlab.options import ClosedTable, Number, option
 from wearlab.plugins import Plugin
+from wearlab.tables import TableError
+from wearlab.tables.points import read_points
 
 MAX_SHOWN_CASES = 30
 MAX_RECORDED_CASES = 5_000
+MAX_RECORDED_POINTS = 200_000
+"""Signs of a table of points that a store keeps."""
 FORMAT = 1
 """Of the record of a campaign."""
 DECADE = 10.0**0.5
@@ -261,8 +265,8 @@ def to_record(campaign: Campaign) -> dict[str, Any]:
 def with_figures(campaign: Campaign) -> dict[str, Any] | None:
     """Return a campaign and its figures as JSON can hold it.
 
-    Points of papers are files of their own, and left out. The record is None of a
-    campaign with too many cases.
+    With each figure stands the text of its published points, so that it is drawn
+    alike where their file is not. The record is None of a campaign with too many cases.
 
     Parameters
     ----------
@@ -273,13 +277,18 @@ def with_figures(campaign: Campaign) -> dict[str, Any] | None:
     claims = getattr(campaign, "claims", ())
     written = getattr(campaign, "written", {})
     record = to_record(campaign)
-    record["figures"] = [_figure_record(spec, claims) for spec in campaign.figures]
+    folder = campaign.path.parent if campaign.path else Path()
+    record["figures"] = [
+        _figure_record(spec, claims, folder) for spec in campaign.figures
+    ]
     record["written"] = {key: list(texts) for key, texts in written.items()}
     return record
 
 
-def _figure_record(spec: FigureSpec, claims: Sequence[ClaimSpec]) -> dict[str, Any]:
-    """Return what a figure sets, its note spelled out, without points of a paper."""
+def _figure_record(
+    spec: FigureSpec, claims: Sequence[ClaimSpec], folder: Path
+) -> dict[str, Any]:
+    """Return what a figure sets, its note spelled out, and its published points."""
     options = {
         key: getattr(spec, key, None)
         for key in FigureSpec.model_fields
@@ -287,9 +296,25 @@ def _figure_record(spec: FigureSpec, claims: Sequence[ClaimSpec]) -> dict[str, A
     }
     note = options["note"]
     options["note"] = spelled_note(note, claims) if note else None
+    options["points"] = _points_record(spec, folder)
     return {
         key: value for key, value in options.items() if value not in (None, {}, (), "")
     }
+
+
+def _points_record(spec: FigureSpec, folder: Path) -> list[str]:
+    """Return name and text of a figure's points; the name alone of what is not kept.
+
+    That is a table which is too long, or cannot be read.
+    """
+    published = getattr(spec, "published", None)
+    if published is None:
+        return []
+    try:
+        points = read_points(folder / published, spec.sheet)
+    except (TableError, OSError):
+        return [Path(published).name]
+    return list(points if len(points.text) <= MAX_RECORDED_POINTS else points[:1])
 
 
 def from_record(record: Mapping[str, Any]) -> RecordedCampaign:

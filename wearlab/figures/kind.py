@@ -16,6 +16,7 @@ from wearlab.arrays import Array
 from wearlab.figures import doubt, wording
 from wearlab.figures.plot import LineStyle, Scale, Series
 from wearlab.plugins import CONSENT, UNRUN, Plugin, Registry
+from wearlab.tables.points import Points as Points
 from wearlab.units import UnitError
 
 
@@ -31,13 +32,6 @@ class FigureError(ValueError):
     def __init__(self, message: str, drawn: tuple[Path, ...] = ()) -> None:
         super().__init__(message)
         self.drawn = drawn
-
-
-class Points(NamedTuple):
-    """The CSV of points read from a paper: its name and its text."""
-
-    name: str
-    text: str
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,7 @@ Nothing is left over.
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from itertools import combinations, product
+from itertools import combinations, pairwise, product
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
@@ -88,6 +88,7 @@ def laid_out(
     """
     varied = _varied(series)
     roles = _roles(varied, series, request, kind, grid_dims)
+    _refuse_flanks_apart(series, roles, request)
 
     if "update" in varied and roles.get("hue") != "update":
         series = curves.states_in_common(series, grid_dims)
@@ -233,6 +234,48 @@ def _requested_roles(
                 "them out"
             )
     return requested
+
+
+def _refuse_flanks_apart(
+    series: Sequence[Series], roles: Mapping[str, str], request: FigureRequest
+) -> None:
+    """Refuse an axis of one panel that is squeezed by flanks with no place in common.
+
+    So are the diameters of a small and a large gear.
+    """
+    if roles.get("hue") != "flank":
+        return
+
+    along: dict[Label, Reach] = {}
+    for curve in series:
+        flank = curve.key.get("flank")
+        finite = curve.x[np.isfinite(curve.x)]
+        if flank is None or curve.style in NOT_OURS or not len(finite):
+            continue
+        ends = float(finite.min()), float(finite.max())
+        low, high = along.get(flank, ends)
+        along[flank] = min(low, ends[0]), max(high, ends[1])
+
+    in_order = sorted(along.items(), key=lambda flank: flank[1])
+    gaps = [
+        (lower, upper)
+        for lower, upper in pairwise(in_order)
+        if lower[1][1] < upper[1][0] and lower[1][0] < lower[1][1]
+    ]
+    if not gaps:
+        return
+
+    units = series[0].x_scale.units
+    places = ", ".join(
+        f"{flank.text} {low:.4g} to {high:.4g} {units}"
+        for flank, (low, high) in in_order
+    )
+    free = next((role for role in ("cols", "rows") if not getattr(request, role)), None)
+    remedy = f"{free} = 'flank' instead of hue" if free else "one of them in select"
+    raise request.error(
+        f"hue = 'flank' squeezes flanks that have no place in common into one axis "
+        f"({places}): write {remedy}"
+    )
 
 
 def _without_role(

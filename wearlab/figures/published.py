@@ -20,7 +20,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from wearlab import files, tables
+from wearlab import tables
 from wearlab.arrays import Array
 from wearlab.figures.curves import NotedSeries
 from wearlab.figures.kind import FigureError, FigureRequest, Points
@@ -28,6 +28,7 @@ from wearlab.figures.places_of_points import CurvesOfFigure, placed
 from wearlab.figures.plot import Mark, Scale, Series
 from wearlab.figures.wording import Label, converted
 from wearlab.tables.measured_flank import ABSCISSAE, measured_flank_of, traces
+from wearlab.tables.points import read_points
 from wearlab.tables.reading import COMMENT_MARKS
 from wearlab.tables.table import ReadTable
 from wearlab.units import UnitError
@@ -79,8 +80,7 @@ def points_of(source: Path | Points, request: FigureRequest) -> Points:
     if isinstance(source, Points):
         return source
     try:
-        content = files.read_regular(source, 10_000_000)
-        return Points(source.name, tables.text_of(source.name, content, request.sheet))
+        return read_points(source, request.sheet)
     except tables.TableError as error:
         raise request.error(f"published: {error}") from None
     except OSError as error:
