@@ -28,9 +28,6 @@ OURS = {"by load": "whole pairs", "shared bodies": "shared bodies"}
 def stiffness(case, level):
     """Return mesh stiffness [N/m] and pairs in contact over the phase."""
     scene = next(one.scene for one in load(CAMPAIGN).cases if one.label == case)
-    scene = scene.replace(
-        "mesh.extended_contact", False
-    )  # as in the paper; else two pairs touch throughout
     for flank in ("pinion", "ring"):
         scene = scene.replace(f"wear.initial.{flank}.depth", level)
     run = simulate(scene)

@@ -114,6 +114,11 @@ def grid():
         ("smallest_at(depth[case=static, update=0], speed)", "rpm", 800.0),
         ("mean(force) * 2 - 1 * mean(force)", "N", 3.0),
         ("-range(force) + 3e0 * mean(abs(-force))", "N", 7.0),
+        ("sum(force)", "N", 6.0),
+        ("sum(depth[speed=800, case=static], update)", "um", 6.0),
+        ("min(where(depth[update=0], mean(force) - force))", "um", 1.0),
+        ("max(where(depth[speed=800], 1 - cycle / 1e6))", "um", 1.0),
+        ("sum(where(force, force - min(force)))", "N", 4.0),  # above, not at, zero
     ],
 )
 def test_a_formula_has_its_number(grid, text, unit, number):
@@ -131,6 +136,8 @@ def test_a_formula_has_its_number(grid, text, unit, number):
         ("mean(force) * max(depth)", "N", "one side has to be a plain number"),
         ("max(depth, flank)", "um", r"max\(…, flank\)"),
         ("depth[speed=800, update=2]", "um", "no stored run has it"),
+        ("sum(depth[speed=800, update=2])", "um", "no stored run has it"),
+        ("max(where(force, force - max(force)))", "N", "no stored run has it"),
     ],
 )
 def test_a_formula_without_a_number_says_why(grid, text, unit, message):
@@ -150,6 +157,8 @@ def test_a_formula_without_a_number_says_why(grid, text, unit, message):
         "- " * 400 + "1",
         "exp(depth)",
         "largest_at(depth)",
+        "where(depth)",
+        "where(depth, force, speed)",
         "depth; force",
         "depth[speed=(1)]",
         "9" * 2000,

@@ -30,7 +30,7 @@ class ClaimSpec(options.ClosedTable):
     """a word for it, which notes and messages use"""
     quantity: str
     """formula of variables, such as `max(wear_depth[flank=sun, update=-1])`: + - * /
-    max min mean range abs largest_at smallest_at"""
+    max min mean sum range abs where largest_at smallest_at"""
     select: dict[str, Written] = options.option({})
     """dimension = label, for every variable of the formula [the base]"""
     value: Written

@@ -8,8 +8,8 @@ Every name becomes an array with its unit.
 
     formula = term { ("+" | "-") term } term    = factor { ("*" | "/") factor } factor
     = "-" factor | item { "[" place { "," place } "]" } item    = number | function "("
-    formula [ "," dimension ] ")" | name | "(" formula ")" place   = dimension "=" (
-    number | word | text in quotes )
+    formula [ "," dimension ] ")" | "where" "(" formula "," formula ")" | name | "("
+    formula ")" place   = dimension "=" ( number | word | text in quotes )
 """
 
 import ast
@@ -181,6 +181,11 @@ class _FormulaReader:
                 listed = places.elts if isinstance(places, ast.Tuple) else [places]
                 placed = self.read(inner, depth + 1)
                 return partial(_placed, placed, dict(map(self.place, listed)))
+            case ast.Call(ast.Name("where"), [inner, condition], []):
+                argument = self.read(inner, depth + 1)
+                return partial(_kept, argument, self.read(condition, depth + 1))
+            case ast.Call(ast.Name("where"), _, _):
+                raise self.fail("expected where(formula, formula)", node)
             case ast.Call(ast.Name(name), [inner, *along], []):
                 argument = self.read(inner, depth + 1)
                 dim = self.dimension(name, along, node)
@@ -334,6 +339,14 @@ def _joined(
     )
 
 
+def _kept(
+    inner: WorkedOut, condition: WorkedOut, grid: Any, places: Places
+) -> Measured:
+    """Return a formula where another is above zero, no number elsewhere."""
+    values, units = inner(grid, places)
+    return Measured(values.where(condition(grid, places).values > 0.0), units)
+
+
 def _applied(
     function: str, inner: WorkedOut, dim: str | None, grid: Any, places: Places
 ) -> Measured:
@@ -345,6 +358,8 @@ def _applied(
         raise AmountError(f"{function}(…, {dim}): {_not_there(dim, values.dims)}")
     if function in ("max", "min", "mean"):
         return Measured(getattr(values, function)(dim), units)
+    if function == "sum":
+        return Measured(values.sum(dim, min_count=1), units)
     if function == "range":
         return Measured(values.max(dim) - values.min(dim), units)
     at = (values if function == "largest_at" else -values).fillna(-np.inf).argmax(dim)

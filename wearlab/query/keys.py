@@ -12,7 +12,17 @@ from typing import Any, NamedTuple, get_args
 from wearlab import units
 
 PLAIN = ("", "1", "cycles")
-FUNCTIONS = ("max", "min", "mean", "range", "abs", "largest_at", "smallest_at")
+FUNCTIONS = (
+    "max",
+    "min",
+    "mean",
+    "sum",
+    "range",
+    "abs",
+    "where",
+    "largest_at",
+    "smallest_at",
+)
 """Of formulas."""
 REDUCED_DIMS = frozenset({"update", "flank", "mesh", "member"})
 """Of results with these dimensions a catalogue keeps the largest value."""
