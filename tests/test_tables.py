@@ -483,3 +483,162 @@ def test_a_spectrum_without_time_is_refused(tmp_path):
     (tmp_path / "k.csv").write_text("T [Nm];n [1/min];t [h]\n345;1200;0\n")
     with pytest.raises(TableError, match="column 't': every row is 0: give each"):
         load_table_of(read_table(tmp_path / "k.csv"), {}, {})
+
+
+BINS = """T [Nm];n [1/min];t [h];cycles
+0;0;4000;0
+345;1200;9000;6.48e8
+567;1150;800;5.52e7
+-210;1180;300;2.124e7
+0;1500;900;8.1e7
+"""
+"""15 000 hours of a gearbox: at rest, loaded, reversed and idle."""
+
+
+def scene_of(folder, text: str, keys: str = "") -> wl.Scene:
+    (folder / "duty.csv").write_text(text)
+    (folder / "c.toml").write_text(PAIR.replace(" UNITS", keys))
+    return wl.load(folder / "c.toml").cases[0].scene
+
+
+def test_hours_and_cycles_of_a_spectrum_are_one_time(tmp_path):
+    """Cycles were no column, and shares alone stood in blocks."""
+    both = scene_of(tmp_path, BINS)
+    assert [15_000 * block.share for block in both.operation.blocks] == pytest.approx(
+        [4000, 9000, 800, 300, 900]
+    )
+    turning = BINS.replace("0;0;4000;0\n", "")
+    by_hours = scene_of(tmp_path, turning, ', columns = { hours = "t" }')
+    by_cycles = scene_of(tmp_path, turning, ', columns = { cycles = "cycles" }')
+    assert by_hours.id == by_cycles.id == scene_of(tmp_path, turning).id != both.id
+    heads = "T [Nm];n [1/min];cycles\n"
+    without = "\n".join(
+        ";".join(cell for at, cell in enumerate(line.split(";")) if at != 2)
+        for line in turning.splitlines()[1:]
+    )
+    assert scene_of(tmp_path, heads + without).id == by_hours.id
+
+
+@pytest.mark.parametrize("key", ["hours", "cycles"])
+def test_blocks_have_their_time_by_hours_or_cycles(key):
+    loads = ((345, 1200, 9000), (567, 1150, 800), (-210, 1180, 300), (0, 1500, 900))
+    scenes = []
+    for name in ("share", key):
+        blocks = [
+            {
+                "torque": f"{torque} N*m",
+                "speed": f"{speed} rpm",
+                name: {
+                    "share": hours / 11_000,
+                    "hours": hours,
+                    "cycles": 60.0 * speed * hours,
+                }[name],
+            }
+            for torque, speed, hours in loads
+        ]
+        gears = {"kind": "external-pair", "module": "3 mm", "face_width": "20 mm"}
+        teeth = {"pinion": {"teeth": 20}, "gear": {"teeth": 30}}
+        scenes.append(
+            wl.Scene.from_mapping(
+                {"gears": gears | teeth, "operation": {"duty": blocks}}
+            )
+        )
+    assert scenes[0].id == scenes[1].id
+    assert wl.Scene.from_canonical(scenes[1].canonical()).id == scenes[0].id
+
+
+def test_the_middle_of_a_range_counts_and_check_tells_it(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    middles = scene_of(tmp_path, "T [Nm];n [rpm];t [h]\n50;1100;6\n90;1100;2\n")
+    rows = "40;60;1100;6\n80;100;1100;2\n"
+    by_name = scene_of(
+        tmp_path, f"Drehmoment von [Nm];Drehmoment bis [Nm];n [rpm];t [h]\n{rows}"
+    )
+    written = ', columns = { torque = ["T1", "T2"] }'
+    by_key = scene_of(tmp_path, f"T1 [Nm];T2 [Nm];n [rpm];t [h]\n{rows}", written)
+    assert middles.id == by_name.id == by_key.id
+    assert status_of(["check", "c.toml"]) == 0
+    assert "torque is the middle of columns 'T1' and 'T2'" in capsys.readouterr().err
+
+    block = '{ torque = "50 N*m", speed = ["1000 rpm", "1200 rpm"], hours = 6 }'
+    other = '{ torque = ["80 N*m", "100 N*m"], speed = "1100 rpm", hours = 2 }'
+    text = PAIR.replace('{ file = "duty.csv" UNITS }', f"[{block}, {other}]")
+    (tmp_path / "c.toml").write_text(text)
+    assert wl.load("c.toml").cases[0].scene.id == middles.id
+    assert status_of(["check", "c.toml"]) == 0
+    said = capsys.readouterr().err
+    assert "speed of condition 1 is the middle of 1000 rpm and 1200 rpm" in said
+
+
+@pytest.mark.parametrize(
+    ("text", "message", "remedy"),
+    [
+        (
+            BINS.replace("5.52e7", "6.52e7"),
+            "line 4, column 'cycles': 6.52e7 is not the 5.52e[+]07 of its speed and "
+            'time: mend .* columns = { share = "…" } or { cycles',
+            ("6.52e7", "5.52e7"),
+        ),
+        (
+            "T [Nm];n [rpm];cycles\n50;1100;1e6\n90;0;2e6\n",
+            "line 3, column 'cycles': 2e6 cycles at speed 0 take no time: give its ",
+            ("90;0", "90;1000"),
+        ),
+        (
+            "T [Nm];n [rpm];share\n50;1100;0.6\n90;1000;0.2\n",
+            "column 'share' sums to 0.8, not to 1 or 100, within 1 %: mend a share, or",
+            ("0.2", "0.4"),
+        ),
+        (
+            "T [Nm];n [rpm];share [%]\n50;1100;60\n90;1000;20\n",
+            "column 'share' sums to 80, not to 100, within 1 %: mend a share, or say",
+            ("20", "40"),
+        ),
+        (
+            "T from [Nm];T to [Nm];n [rpm];t [h]\n50;60;1100;6\n",
+            "none is called torque: columns",
+            ("T ", "torque "),
+        ),
+        (
+            "torque from [Nm];torque to [Nm];n [rpm];t [h]\n-50;60;1100;6\n",
+            "line 2, column 'torque from': a range from -50 to 60 loads either side",
+            ("-50", "0"),
+        ),
+    ],
+)
+def test_a_spectrum_of_odd_times_is_refused_with_a_remedy_that_helps(
+    table, text, message, remedy
+):
+    with pytest.raises(TableError, match=message):
+        load_table_of(table(text), {}, {})
+    wrong, right = remedy
+    load_table_of(table(text.replace(wrong, right)), {}, {})
+
+
+def test_shares_that_are_hours_are_told_how_to_say_so(table):
+    text = "T [Nm];n [rpm];Zeit\n50;1100;600\n90;1000;200\n"
+    with pytest.raises(TableError, match=r'sums to 800, .*units = \{ share = "h" \}'):
+        load_table_of(table(text), {}, {})
+    assert sum(load_table_of(table(text), {}, {"share": "h"}).share) == 800 * 3600
+
+
+@pytest.mark.parametrize(
+    ("times", "message"),
+    [
+        (("share = 0.5", "share = 0.4"), "sum to 0.9, not to 1: mend them, or give"),
+        (("share = 0.5", "hours = 4"), "1 has 'share' and 2 has 'hours': give one of"),
+        (("share = 0.5, hours = 3", "hours = 4"), "one of 'share' and 'hours', not"),
+        (("hours = 3", ""), "its time is missing: give 'share', 'hours' or 'cycles'"),
+        (("cycles = 3", "cycles = 4"), "condition 2: 4 cycles at speed 0 take no time"),
+    ],
+)
+def test_blocks_of_odd_times_are_refused(tmp_path, times, message):
+    loads = (
+        'torque = "50 N*m", speed = "1000 rpm"',
+        'torque = "0 N*m", speed = "0 rpm"',
+    )
+    blocks = [f"{{ {load}, {time} }}" for load, time in zip(loads, times, strict=True)]
+    text = PAIR.replace('{ file = "duty.csv" UNITS }', f"[{', '.join(blocks)}]")
+    (tmp_path / "c.toml").write_text(text.replace(",  }", " }"))
+    with pytest.raises(wl.CampaignError, match=message):
+        wl.load(tmp_path / "c.toml")

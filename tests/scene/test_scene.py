@@ -93,12 +93,13 @@ def test_one_tolerance_needs_no_list(table):
 
 
 def test_shares_of_a_duty_without_a_unit_are_parts(table, tmp_path):
-    (tmp_path / "duty.csv").write_text("torque,speed,share\n100,900,3\n200,800,1\n")
-    table["operation"] = {
-        "duty": {"file": "duty.csv", "units": {"torque": "N*m", "speed": "rpm"}}
-    }
-    duty = Scene.from_mapping(table, base_directory=tmp_path).operation.duty
-    assert [block.share for block in duty] == [0.75, 0.25]
+    units = {"torque": "N*m", "speed": "rpm"}
+    for parts in ("0.75", "0.25"), ("75", "25"):
+        rows = f"100,900,{parts[0]}\n200,800,{parts[1]}\n"
+        (tmp_path / "duty.csv").write_text(f"torque,speed,share\n{rows}")
+        table["operation"] = {"duty": {"file": "duty.csv", "units": units}}
+        duty = Scene.from_mapping(table, base_directory=tmp_path).operation.duty
+        assert [block.share for block in duty] == [0.75, 0.25]
 
 
 @pytest.mark.parametrize(
@@ -233,6 +234,7 @@ def test_a_scene_shows_what_users_may_call(table):
         *Sections.model_fields,
         *("sections", "with_sections", "replace", "id", "canonical"),
         *("from_mapping", "from_canonical", "plugins_used", "duty_table"),
+        "duty_ranges",
         *("in_conditions", "in_heaviest_condition", "in_front"),
         *("meshes", "coefficients", "prescribed", "initial_of", "face_keys", "hands"),
         *("start_wear", "with_start_wear", "calibration", "with_calibration"),

@@ -11,11 +11,11 @@ from pydantic_core import PydanticCustomError
 
 from wearlab import options, units
 from wearlab.dynamics.models import DynamicModel
-from wearlab.scene.duty_file import duty_blocks
+from wearlab.scene.duty_file import NEAR_ONE, duty_blocks, middle_of
 from wearlab.scene.gears import set_in
 
 SUM_OF_SHARES = 1e-6
-"""How far written shares may be from 1 in sum."""
+"""How far shares may be from 1 in sum and are taken as they are written."""
 OF_ONE_CONDITION = ("torque", "speed", "power")
 """Options that several conditions have each of their own."""
 
@@ -41,15 +41,61 @@ Side = Literal["front", "back"]
 """Which flanks of teeth that are loaded on either side carry the load."""
 
 
+def _middle(quantity: str) -> pydantic.BeforeValidator:
+    """Return what reads the middle of a range such as ``["1000 rpm", "1200 rpm"]``."""
+
+    def read(value: Any) -> Any:
+        if not isinstance(value, list | tuple):
+            return value
+        if len(value) != 2:
+            raise ValueError(f"{value!r} is no range: give two values, or one")
+        low, high = (units.quantity(end, quantity) for end in value)
+        return options.Stored(middle_of(low, high))
+
+    return pydantic.BeforeValidator(read)
+
+
 class DutyBlock(options.Part):
     """One condition of a duty."""
 
-    torque: options.Torque
-    """torque on the input member; negative loads the back flanks, 0 wears nothing"""
-    speed: Annotated[options.Speed, pydantic.AfterValidator(abs)]
-    """speed of the input member, in either sense; 0 is standstill"""
-    share: Annotated[options.Number, options.POSITIVE]
-    """share of the operating time; all shares sum to 1"""
+    alternatives = ((("share",), ("hours",), ("cycles",)),)
+
+    torque: Annotated[options.Torque, _middle("torque")]
+    """torque on the input member, or its range, of which the middle counts; negative
+    loads the back flanks, 0 wears nothing"""
+    speed: Annotated[options.Speed, _middle("speed"), pydantic.AfterValidator(abs)]
+    """speed of the input member, in either sense, or its range, of which the middle
+    counts; 0 is standstill"""
+    share: Annotated[options.Number, options.POSITIVE] = options.option(None)
+    """share of the operating time; all shares sum to 1, within 1 % [by hours or
+    cycles]"""
+    hours: Annotated[options.Hours, options.POSITIVE] | None = options.option(
+        None, identity=False
+    )
+    """operating hours, in place of share, in proportion to their sum [by share or
+    cycles]"""
+    cycles: Annotated[options.Number, options.POSITIVE] | None = options.option(
+        None, identity=False
+    )
+    """revolutions of the input member, in place of share: their time goes by the speed
+    [by share or hours]"""
+
+    def _check(self) -> None:
+        if self.time_key is None:
+            raise ValueError("its time is missing: give 'share', 'hours' or 'cycles'")
+
+    @property
+    def time_key(self) -> str | None:
+        """The option that tells its time, None where none does."""
+        keys = ("share", "hours", "cycles")
+        return next((key for key in keys if getattr(self, key) is not None), None)
+
+    @property
+    def time(self) -> float:
+        """Its time, in proportion to that of other conditions of the same option."""
+        if self.cycles is not None:
+            return self.cycles / self.speed
+        return self.share if self.hours is None else self.hours
 
     @property
     def is_loaded(self) -> bool:
@@ -71,11 +117,12 @@ class DutyFile(options.Part):
     """sheet of a workbook [the only one that holds a table]"""
     decimal: Literal[".", ","] | None = None
     """decimal sign of the file [found out; refused where it has two meanings]"""
-    columns: dict[str, str] | None = None
-    """header of torque, speed and share in the file [their own names]"""
+    columns: dict[str, str | tuple[str, str]] | None = None
+    """header of torque, speed and share, hours or cycles in the file; of ranges of
+    torque or speed two headers, from and to [their own names]"""
     units: dict[str, str] = options.option({})
-    """units of torque, speed and share; shares of time in %, h, s or [1], in proportion
-    to their sum [those in the headers]"""
+    """units of torque, speed and share or hours; shares of time in % or [1], which sum
+    to 100 or 1, or in h or s, in proportion to their sum [those in the headers]"""
 
 
 class OperationStage(options.Part):
@@ -113,11 +160,36 @@ def _blocks(value: Any, info: pydantic.ValidationInfo) -> Any:
 
 
 def _shares(blocks: Any) -> Any:
-    """Refuse shares that do not sum to 1."""
-    total = sum(block.share for block in blocks)
-    if abs(total - 1.0) > SUM_OF_SHARES:
-        raise ValueError(f"the shares of time sum to {total:.6g}, not to 1")
-    return blocks
+    """Return conditions by their shares of time.
+
+    Refuse shares that miss 1, conditions whose times differ in kind, and cycles at a
+    standstill.
+    """
+    keys = {block.time_key: number for number, block in enumerate(blocks, 1)}
+    if len(keys) > 1:
+        said = " and ".join(f"{number} has {key!r}" for key, number in keys.items())
+        raise ValueError(f"condition {said}: give one of them in all conditions")
+    for number, block in enumerate(blocks, 1):
+        if block.cycles is not None and block.speed == 0.0:
+            raise ValueError(
+                f"condition {number}: {block.cycles:g} cycles at speed 0 take no time: "
+                "give its 'speed', or 'hours' in all conditions"
+            )
+
+    total = sum(block.time for block in blocks)
+    if "share" in keys and abs(total - 1.0) > NEAR_ONE:
+        raise ValueError(
+            f"the shares of time sum to {total:.6g}, not to 1: mend them, or give "
+            "'hours' in place of 'share', which need no sum"
+        )
+    if "share" in keys and abs(total - 1.0) <= SUM_OF_SHARES:
+        return blocks
+    return tuple(
+        block.model_copy(
+            update={"share": block.time / total, "hours": None, "cycles": None}
+        )
+        for block in blocks
+    )
 
 
 def _some_loaded(blocks: Any) -> Any:

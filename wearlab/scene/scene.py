@@ -15,6 +15,7 @@ from pydantic import ValidationError
 from wearlab import options, plugins, tables
 from wearlab.scene import identity, merge, problems, rules
 from wearlab.scene.completion import CompleteSections
+from wearlab.scene.duty_file import ranges_told
 from wearlab.scene.errors import ErrorsSection
 from wearlab.scene.gears import Gears, kind_of
 from wearlab.scene.materials import Lubricant
@@ -198,6 +199,13 @@ class Scene:
             return table_named(duty, self._base)
         except tables.TableError:  # moved or changed since
             return None
+
+    @property
+    def duty_ranges(self) -> tuple[str, ...]:
+        """What torque or speed of the duty is the middle of a range, a line each."""
+        operation = self._mapping.get("operation")
+        duty = operation.get("duty") if isinstance(operation, Mapping) else None
+        return ranges_told(duty, self.duty_table)
 
     @classmethod
     def from_canonical(cls, text: str) -> "Scene":

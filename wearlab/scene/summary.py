@@ -153,12 +153,17 @@ def parts_left_out(scene: Scene) -> list[str]:
 def oversights(scene: Scene) -> list[str]:
     """Return what a scene says and hardly means, each with a remedy.
 
-    Numbers of a load spectrum that may be a thousand times as large, a limit as deep as
-    a tooth is thick, an oil that changes no life, one wear coefficient for gears of
+    Numbers of a load spectrum that may be a thousand times as large, ranges in it, a
+    limit as deep as a tooth is thick, an oil that changes no life, one wear coefficient
+    for gears of
     different materials.
     """
     duty = scene.duty_table
     doubts = [*([] if duty is None else duty.doubts), *_deep_limit(scene)]
+    doubts += [
+        f"operation.duty: {range_used}; where wear over it is not linear, split it"
+        for range_used in scene.duty_ranges
+    ]
     if scene.coefficients:
         doubts += [*_idle_oil(scene), *_shared_coefficient(scene)]
     return doubts

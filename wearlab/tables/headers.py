@@ -23,6 +23,7 @@ _USUAL_NAMES = """
     speed: speed, drehzahl, rotational speed, input speed
     share: share, time, time share, duration, hours, zeit, zeitanteil, dauer, stunden
     cycle: cycle, cycles, revolutions, umdrehungen
+    cycles: cycles, cycle, load cycles, revolutions, umdrehungen, lastspiele
     hours: hours, operating hours, running hours, h, betriebsstunden, stunden
     date: date, day, datum, tag
     worn_mass: worn_mass, worn mass, mass loss, loss, masseverlust, verlust

@@ -163,6 +163,23 @@ class ReadTable:
         }
         return replace(self, cells=cells, lines=tuple(compress(self.lines, stays)))
 
+    def with_column(self, name: str, unit: str, cells: Iterable[str]) -> "ReadTable":
+        """Return the table with one more column.
+
+        Parameters
+        ----------
+        name : of the column, its header as well
+        unit : of its numbers
+        cells : row by row
+        """
+        return replace(
+            self,
+            headers=(*self.headers, name),
+            names=(*self.names, name),
+            units={**self.units, name: unit},
+            cells={**self.cells, name: tuple(cells)},
+        )
+
     def column_of(self, quantity: str, columns: Texts) -> str | None:
         """Return the name of a quantity's column, None where there is none.
 
