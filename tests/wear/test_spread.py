@@ -1,9 +1,14 @@
+import re
+import tracemalloc
+
 import numpy as np
 import pytest
 from made_path import path_of
 from scipy.integrate import quad
 
 from wearlab.gears.specification import GearError
+from wearlab.wear.levelling import MAX_BYTES as MAX_SQUARE_BYTES
+from wearlab.wear.levelling import bytes_of_squares, squares
 from wearlab.wear.patch import (
     FLOAT_BYTES,
     MATRICES_AT_ONCE,
@@ -107,3 +112,38 @@ def test_nodes_that_would_fill_the_memory_are_refused_before_they_do():
         spreading(np.full(arc.size, 1e-4), arc)
     needed = MATRICES_AT_ONCE * FLOAT_BYTES * (MAX_POINTS + 16) ** 2
     assert needed < MAX_BYTES  # the remedy
+
+
+def test_squares_of_a_contact_patch_are_refused_before_they_fill_the_memory(make_path):
+    """Nodes of a tolerance of 1e-16 asked for 45 GiB."""
+    _, path = make_path(n=1601)
+    wide = 0.1 * np.ptp(path.arc[0])
+    with pytest.raises(GearError, match=r"1601 nodes .* \d+ profile_points") as refused:
+        squares(np.full(1601, wide), path)
+
+    fewer = int(re.search(r"at most (\d+)", str(refused.value)).group(1))
+    _, coarser = make_path(n=fewer)
+    needed = bytes_of_squares(np.full((1, fewer), wide), coarser)
+    assert 0.7 * MAX_SQUARE_BYTES < needed < MAX_SQUARE_BYTES  # the remedy
+
+
+@pytest.mark.parametrize("share", [0.02, 0.1, 0.4])
+def test_squares_take_no_more_memory_than_was_computed(make_path, share):
+    _, path = make_path(n=161)
+    half_width = np.full(161, share * np.ptp(path.arc[0]))
+    tracemalloc.start()
+    squares.__wrapped__(half_width, path)
+    _, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    needed = bytes_of_squares(half_width[None], path)
+    assert 0.3 * needed < peak < 1.2 * needed
+
+
+def test_a_contact_that_one_reflection_does_not_hold_is_refused(make_path):
+    _, path = make_path()
+    arc = path.arc[0]
+    width = np.diff(cell_edges(arc))
+    share = spreading(np.full(arc.size, np.ptp(arc)), arc)
+    assert width @ share == pytest.approx(width, rel=1e-9)  # the worn area stays
+    with pytest.raises(GearError, match=r"operation\.torque: .* give less torque"):
+        spreading(np.full(arc.size, 1.01 * np.ptp(arc)), arc)

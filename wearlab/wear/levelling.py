@@ -31,6 +31,7 @@ from scipy.sparse import csr_array, eye_array
 from scipy.sparse.linalg import SuperLU, splu
 
 from wearlab.arrays import Array, Flags, Index
+from wearlab.gears.specification import GearError
 from wearlab.wear.patch import (
     TwoWay,
     ascending,
@@ -42,6 +43,9 @@ from wearlab.wear.path import WearPath
 
 FIRST_ORDER = 2
 MIN_ORDERS, MAX_ORDERS = 4, 32
+MAX_BYTES = 8e9  # that squares may take
+BYTES_OF_A_SQUARE = 45  # for each entry, while squares are made
+BYTES_OF_A_TERM = 48  # for each order and node, while coefficients are
 
 
 class Squares(NamedTuple):
@@ -85,11 +89,16 @@ def squares(half_width: Array, path: WearPath) -> Squares:
     half_width : (n,) of the contacts at the nodes [m]
     path : the path of contact
 
+    Raises
+    ------
+    GearError : they would fill the memory
+
     References
     ----------
     Johnson 1985, §2.7 and Appendix 1.
     """
     rows = np.atleast_2d(half_width)
+    _require_memory(rows, path)
     last_order = max_orders(rows, path)
     blocks = list[tuple[Array, ...]]()
     order = np.arange(FIRST_ORDER, last_order + 1)[:, None]
@@ -115,6 +124,61 @@ def squares(half_width: Array, path: WearPath) -> Squares:
     return Squares(contact, node, matrix)
 
 
+def bytes_of_squares(half_width: Array, path: WearPath) -> float:
+    """Return the memory that squares take while they are made [bytes].
+
+    Parameters
+    ----------
+    half_width : (n_face, n) of the contacts at the nodes [m]
+    path : the path of contact
+    """
+    felt = np.zeros(half_width.shape)
+    for arc in map(ascending, path.arc):
+        for row, count in zip(half_width, felt, strict=True):
+            first, last = _reach(row, arc)
+            count += last - first
+    terms = (MAX_ORDERS - FIRST_ORDER + 1) * felt.max() * half_width.shape[1]
+    return float(BYTES_OF_A_SQUARE * (felt**2).sum() + BYTES_OF_A_TERM * terms)
+
+
+def _require_memory(half_width: Array, path: WearPath) -> None:
+    """Refuse squares that would fill the memory: they grow by the cube of the nodes."""
+    needed = bytes_of_squares(half_width, path)
+    if needed <= MAX_BYTES:
+        return
+    nodes = half_width.shape[1]
+    fewer = int(0.95 * nodes * (MAX_BYTES / needed) ** (1 / 3))
+    raise GearError(
+        f"numerics.profile_points: {nodes} nodes along the profile, with contacts up "
+        f"to {2e3 * half_width.max():.3g} mm wide, need {needed / 1e9:.3g} GB for the "
+        f"contact patch, more than {MAX_BYTES / 1e9:g} GB: give at most {fewer} "
+        "profile_points, or a larger numerics.tolerance"
+    )
+
+
+def _reach(half_width: Array, arc: Array) -> tuple[Index, Index]:
+    """Return the first node that each contact feels, and that after the last, (n,).
+
+    Of the nodes with their mirror images before and behind, (3n,).
+
+    Parameters
+    ----------
+    half_width : (n,) of the contacts at the nodes [m]
+    arc : (n,) ascending arcs of the nodes [m]
+    """
+    where = _mirrored(arc)
+    first = np.searchsorted(where, arc - half_width, side="right") - 1
+    last = np.searchsorted(where, arc + half_width, side="left") + 1
+    return first, last
+
+
+def _mirrored(arc: Array) -> Array:
+    """Return ascending arcs between their mirror images at both ends, (3n,) [m]."""
+    before = 2.0 * arc[0] - arc[::-1]
+    behind = 2.0 * arc[-1] - arc[::-1]
+    return np.concatenate([before, arc, behind])
+
+
 def windows(half_width: Array, arc: Array) -> Windows:
     """Return the nodes felt on a flank with ascending arcs (n,) [m], and images.
 
@@ -124,9 +188,8 @@ def windows(half_width: Array, arc: Array) -> Windows:
     arc : (n,) ascending arcs of the nodes [m]
     """
     place = np.arange(len(arc))
-    where = np.concatenate([2.0 * arc[0] - arc[::-1], arc, 2.0 * arc[-1] - arc[::-1]])
-    first = np.searchsorted(where, arc - half_width, side="right") - 1
-    last = np.searchsorted(where, arc + half_width, side="left") + 1
+    where = _mirrored(arc)
+    first, last = _reach(half_width, arc)
     number = first[:, None] + np.arange((last - first).max())
     at = np.clip(number, 0, len(where) - 1)
     t = (where[at] - arc[:, None]) / half_width[:, None]

@@ -247,8 +247,10 @@ def spreading(half_width: Array, arc: Array) -> Array:
 
     Raises
     ------
-    GearError : so many nodes would fill the memory
+    GearError : so many nodes would fill the memory, or the contact is wider than can be
+        reflected at the ends of the flank
     """
+    _require_narrow(half_width, arc)
     needed = MATRICES_AT_ONCE * FLOAT_BYTES * len(arc) ** 2
     if needed > MAX_BYTES:
         raise GearError(
@@ -281,6 +283,25 @@ def spreading(half_width: Array, arc: Array) -> Array:
         out=np.zeros_like(share),
         where=np.outer(width, width) > 0.0,
     )
+
+
+def _require_narrow(half_width: Array, arc: Array) -> None:
+    """Refuse contacts half as wide as the flank is long: one reflection holds no more.
+
+    Parameters
+    ----------
+    half_width : (n,) with the contact at each node [m]
+    arc : (n,) flank arc of the nodes, in either order [m]
+    """
+    length = float(np.ptp(arc))
+    widest = float(np.max(half_width, initial=0.0))
+    if not widest <= length:
+        raise GearError(
+            f"operation.torque: under it the contact of the flanks is "
+            f"{2e3 * widest:.3g} mm wide, more than twice the {1e3 * length:.3g} mm of "
+            "flank that it moves along: no line contact spreads wear so; give less "
+            "torque, or wider or stiffer gears"
+        )
 
 
 def _collected(x: Array, a: Array) -> Array:

@@ -22,6 +22,7 @@ import numpy as np
 from wearlab.arrays import Array, Index
 from wearlab.gears.gear import DRIVING, GearPair
 from wearlab.gears.helix import SPUR, Helix
+from wearlab.gears.specification import GearError
 from wearlab.mesh.contact import MIN_CONTACT_LOAD_SHARE, ContactAnalysis
 from wearlab.mesh.exact.gaps import DisplacementBeyond
 from wearlab.mesh.face.grid import FaceGrid
@@ -295,6 +296,11 @@ class FaceContact:
         near : loads in a neighbouring state, to start from
         force : in the plane of action, one or (n_phases,); None: the static load of the
             mesh [N]
+
+        Raises
+        ------
+        GearError
+            When slices are pressed so hard that no loads balance.
         """
         grid = self.grid
         gap = self.gap(wear)
@@ -311,12 +317,35 @@ class FaceContact:
             None if self.solid is None else self.solid.compliance,
         )
 
+        self._require_balance(load, forces)
+
         # without a force: as stiff as under a light touch, and not deflected
         unloaded = self._unloaded(gap)
         if not is_loaded.all():
             load[~is_loaded] = 0.0
             deflection[~is_loaded] = unloaded[~is_loaded]
         return LineLoads(deflection, tangent, load, unloaded)
+
+    def _require_balance(self, load: Array, forces: Array) -> None:
+        """Refuse line loads that are no numbers.
+
+        The indentation of a solid tooth is taken out of its elements and the contact's
+        put in its place; under a load by which the contact is as wide as the tooth is
+        deep, less than nothing would be left.
+
+        Parameters
+        ----------
+        load : (n_phases, n_lines, n_face) [N/m]
+        forces : (n_phases,) in the plane of action [N]
+        """
+        if np.isfinite(load).all():
+            return
+        line_load = forces.max() / self.grid.face_width
+        raise GearError(
+            f"operation.torque: under {line_load / 1e3:.3g} N per mm of face no loads "
+            "of the slices balance: the contact grows as wide as the teeth are deep; "
+            "give less torque, or a wider face"
+        )
 
     def gap_rate(self, wear: Array, loads: LineLoads) -> Array:
         """Return the mean rate of the gaps that touch, by phase, (n_phases,) [m].
