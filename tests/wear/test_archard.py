@@ -1,7 +1,10 @@
 import numpy as np
 import pytest
+from scenes import CAMPAIGNS
 from scipy.integrate import quad
 
+from wearlab.assembly import build
+from wearlab.campaign import load
 from wearlab.wear import law as wear_law
 from wearlab.wear.law import FlankLaw, WearLaw, prepare, wear_rate
 from wearlab.wear.path import contact_half_width, mean_pressure, peak_pressure
@@ -9,6 +12,10 @@ from wearlab.wear.pressures.peak import PeakPressure
 from wearlab.wear.projections.normal import NormalProjection
 from wearlab.wear.projections.over_cosine import OverCosine
 from wearlab.wear.setting import PowerOfLoad
+
+PLANETARY_AS_PUBLISHED = (
+    load(CAMPAIGNS / "planetary_excitation_as_published.toml").cases[0].scene
+)
 
 
 def constant(k, factor=1.0):
@@ -115,20 +122,33 @@ def test_options_are_their_factors(l16):
     )
     cosine = wear_rate(prepare(WearLaw(parts, projection=OverCosine()), path), force)
     assert peak == pytest.approx(4 / np.pi * plain, rel=1e-6, abs=0.0)
-    radius = np.hypot(path.curvature[0], 0.075 * np.cos(np.radians(20.0)))
-    assert cosine[0] == pytest.approx(
-        plain[0] * radius / (0.075 * np.cos(np.radians(20.0))), rel=1e-6, abs=0.0
-    )
+    assert np.array_equal(cosine, plain)  # the depth that is counted is the normal one
     assert np.array_equal(NormalProjection().factor(path), np.ones((2, 201)))
     assert plain[1] == pytest.approx(3.0 * plain[0, ::-1], rel=1e-6, abs=0.0)
 
 
-def test_over_cosine_overstates_by_what_physics_says(make_path):
-    """PHYSICS §1 for W23: 4 % at its pitch point, α_w = 23.534° there would be 9 %.
+def test_over_cosine_overstates_by_what_physics_says():
+    """PHYSICS §1 for W23's sun as published: 4 % at the pitch point, 15 % at the tip.
 
-    At 20° it is 6 %.
+    The load angle there is the pressure angle less half the tooth's angle.
     """
-    _, path = make_path()
-    assert OverCosine().factor(path)[0, 100] == pytest.approx(
-        1.0 / np.cos(np.radians(20.0)), rel=1e-9, abs=0.0
+    sun = build(PLANETARY_AS_PUBLISHED).gears.gears["sun"]
+    at_pitch_point = np.radians(20.0) - np.pi / 40
+    radius = np.array([22.5e-3, sun.tip_radius])
+    pitch, tip = OverCosine().felt(sun, radius)
+    assert pitch == pytest.approx(1.0 / np.cos(at_pitch_point), rel=1e-9)
+    assert (pitch, tip) == pytest.approx((1.038, 1.149), abs=5e-4)
+
+
+def test_over_cosine_is_felt_by_the_mesh_and_not_counted():
+    """Of two flanks worn alike the gap of one is the other's over the cosine."""
+    scene = PLANETARY_AS_PUBLISHED
+    normal = scene.replace("wear.projection", "normal")
+    felt, plain = (build(one).kinds[0].analysis for one in (scene, normal))
+    position = plain.grid.position
+    depth = np.stack([np.full_like(position, 1e-5), np.zeros_like(position)])
+    stretched, gap = (one.nodes(depth).gap for one in (felt, plain))
+    at_c = np.argmin(np.abs(plain.grid.contact_position))
+    assert stretched[at_c] / gap[at_c] == pytest.approx(
+        1.0 / np.cos(np.radians(20.0) - np.pi / 40), rel=1e-6
     )

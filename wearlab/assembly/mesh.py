@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from wearlab.arrays import Array
 from wearlab.assembly import sets
 from wearlab.gears import gear
 from wearlab.mesh import (
@@ -19,6 +20,7 @@ from wearlab.mesh import (
 from wearlab.mesh.exact.gaps import WornFlanks, unworn_extension
 from wearlab.mesh.face import grid as slicing
 from wearlab.scene import Scene
+from wearlab.wear.projections import ProjectionModel
 
 LARGEST_STATIC = 2.0
 """Times its static deflection that a quasi-static mesh may deflect, worn or with
@@ -173,6 +175,7 @@ class ContactOptions(NamedTuple):
     points : nodes asked for on the path
     even : nodes to a base pitch where they lie equally far apart, as slices of helical
         gears need them
+    projection : what the mesh feels of a depth of wear, None where nothing wears
     backs : initial wear that the back flanks of (driving, driven) carry too, None
         without
     extension : how far beyond A and E nodes reach
@@ -185,6 +188,7 @@ class ContactOptions(NamedTuple):
     points: int
     even: int | None
     backs: tuple[Any, ...]
+    projection: ProjectionModel | None = None
     extension: profile.Extension = profile.NO_EXTENSION
 
 
@@ -205,6 +209,7 @@ def _contact_options(
         points=points,
         even=even,
         backs=backs,
+        projection=None if scene.wear is None else scene.wear.projection,
     )
 
 
@@ -245,7 +250,29 @@ def _unloaded(options: ContactOptions) -> contact.ContactAnalysis:
     removed = sets.modifications(pair, position)
     gaps = options.contact.build(WornFlanks(pair, grid, removed), options.extended)
     engages = options.contact.engagement_gap(pair)
-    return contact.ContactAnalysis(grid, teeth, removed.sum(axis=0), 0.0, engages, gaps)
+    return contact.ContactAnalysis(
+        grid,
+        teeth,
+        removed.sum(axis=0),
+        0.0,
+        engages,
+        gaps,
+        _felt(pair, options.projection, position),
+    )
+
+
+def _felt(
+    pair: gear.GearPair, projection: ProjectionModel | None, position: Array
+) -> Array | None:
+    """Return the gap over the depth of both flanks (2, n) [1], None where it is 1."""
+    if projection is None or not projection.moves_gaps:
+        return None
+    return np.stack(
+        [
+            projection.felt(one, np.hypot(one.base_radius, curvature))
+            for one, curvature in zip(pair.gears, pair.curvature(position), strict=True)
+        ]
+    )
 
 
 def profile_points(scene: Scene) -> int:

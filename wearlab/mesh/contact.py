@@ -359,6 +359,7 @@ class ContactAnalysis:
         engage (an angle threshold times the driven base radius); inf: the load alone
         decides [m]
     gaps : where the gaps come from; None: the displacement form on A–E
+    felt : (2, n) gap that a depth of wear makes over that depth, None: 1 [1]
     """
 
     grid: ProfileGrid
@@ -367,6 +368,7 @@ class ContactAnalysis:
     load: float
     engagement_gap: float = np.inf
     gaps: Gaps | None = None
+    felt: Array | None = None
 
     @cached_property
     def at_nodes(self) -> Lookup:
@@ -395,6 +397,7 @@ class ContactAnalysis:
         """
         extended_wear = self.grid.beyond(wear)
         position = self.grid.contact_position
+        felt_wear = wear if self.felt is None else self.felt * wear
         if isinstance(self.gaps, MeetingGaps):
             # teeth bend where they really meet
             met = self.gaps.contact(wear, position)
@@ -403,10 +406,10 @@ class ContactAnalysis:
                 extended_wear, position, met.driving, met.driven
             )
         elif self.gaps is None:
-            gap = self.grid.beyond(wear[0] + wear[1] + self.modification)
+            gap = self.grid.beyond(felt_wear[0] + felt_wear[1] + self.modification)
             body = self.stiffness.body(extended_wear)
         else:
-            gap = self.gaps.at(wear)
+            gap = self.gaps.at(felt_wear)
             body = self.stiffness.body(extended_wear)
         cross = self.stiffness.cross(extended_wear)
 

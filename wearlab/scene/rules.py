@@ -386,6 +386,27 @@ def _one_planet(scene: sections.Sections, flank: str, initial: Any) -> Problems:
         )
 
 
+def _projection(scene: sections.Sections, wear: Any) -> Problems:
+    """A projection that moves gaps needs gaps along the line of action, and no face."""
+    if not wear.projection.moves_gaps:
+        return
+    name = repr(wear.projection.chosen)
+    for path, mesh in scene.meshes.items():
+        if not mesh.contact.along_line_of_action:
+            yield (
+                "wear.projection",
+                f"{name} stretches gaps along the line of action, and {path}.contact = "
+                f"{mesh.contact.chosen!r} has other gaps: give {path}.contact = "
+                "'displacement', or projection = 'normal'",
+            )
+    if scene.face_keys:
+        yield (
+            "wear.projection",
+            f"{name} is not known over the face: give projection = 'normal', or leave "
+            f"{' and '.join(scene.face_keys)} out",
+        )
+
+
 def _needs(scene: sections.Sections, wear: Any) -> Problems:
     """The scene states what law, coefficients and films need of oil and flanks."""
     coefficients = scene.coefficients.values()
@@ -629,6 +650,7 @@ RULES: tuple[tuple[str, Callable[[sections.Sections, Any], Problems]], ...] = (
     ("wear", _limits),
     ("wear", _back_limits),
     ("wear.initial", _initial),
+    ("wear", _projection),
     ("wear", _needs),
     ("gears", _face),
     ("rating", _rating),
