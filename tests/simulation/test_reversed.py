@@ -6,6 +6,7 @@ from scenes import external_pair
 
 from wearlab.scene import Scene, SceneError
 from wearlab.simulation import simulate
+from wearlab.store.align import start_wear
 
 ROWS = (
     ("0 N*m", "0 rpm", 4000),
@@ -132,6 +133,25 @@ def test_wear_of_either_side_thins_the_teeth():
     ]
     assert new[0] == pytest.approx(new[1], rel=1e-9)
     assert worn[0] < worn[1] < new[0]
+
+
+def test_a_start_that_drops_worn_back_flanks_says_so(run):
+    """They were new again without a word."""
+    front = [row for row in ROWS if row[0][0] != "-"]
+    for rows, replaced in ((front, []), (ROWS, []), (front, ["pinion"])):
+        scene = spectrum(rows, start={"run": run.attrs["id"], "replace": replaced})
+        after = simulate(scene.with_start_wear(start_wear(run, scene.start)))
+        said = str(after["validity"].values)
+        for flank in ("pinion", "gear"):
+            is_dropped = rows is front and flank not in replaced
+            assert (
+                f"{flank}-back of the run that this one starts" in said
+            ) is is_dropped
+        if rows is ROWS:
+            depth = after["wear_depth"].isel(update=0).sel(flank="pinion-back").max()
+            assert float(depth) == pytest.approx(
+                float(run["wear_depth"].isel(update=-1).sel(flank="pinion-back").max())
+            )
 
 
 def test_without_reversed_rows_there_are_no_back_flanks():

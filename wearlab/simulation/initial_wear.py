@@ -128,6 +128,34 @@ def continued_wear(scene: Scene, parts: assembly.GearModel) -> coupled.Wear:
     return wear
 
 
+def left_behind(scene: Scene, parts: assembly.GearModel) -> tuple[str, ...]:
+    """Return what a run does not take on of the wear that it starts from, a line each.
+
+    Parameters
+    ----------
+    scene : the scene
+    parts : its physics
+    """
+    start_wear = scene.start_wear
+    if scene.start is None or start_wear is None:
+        return ()
+    backs = [
+        (name, max(depth))
+        for name, depth in start_wear.depth.items()
+        if name.endswith(BACK)
+        and name not in parts.gears.flanks
+        and not is_replaced(name, scene.start.replace)
+        and any(depth)
+    ]
+    return tuple(
+        f"{name} of the run that this one starts from is worn by up to "
+        f"{1e6 * depth:.4g} um, and no condition here loads it: it counts as new, so "
+        "teeth are stiffer, backlash is smaller and worn mass less than they are; "
+        "give operation.duty a row of negative torque to keep it"
+        for name, depth in backs
+    )
+
+
 def inherited_error(scene: Scene, parts: assembly.GearModel) -> float:
     """Return the error of the wear that a run starts from [m].
 

@@ -43,7 +43,9 @@ def life_variables(
         values["attractor"] = dynamics.attractor_numbers(history)
 
     values["verdict"] = verdict.verdict(history, searches)
-    values["validity"] = validity.run_validity(finished.stages, history, searches)
+    values["validity"] = validity.run_validity(
+        scene, finished.stages, history, searches
+    )
     values |= errors.error_values(of_conditions.errors, history, finished.inherited)
     values |= _work_values(finished.stages)
     values["model_error"] = label.diagnosed(

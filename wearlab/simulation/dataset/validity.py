@@ -5,7 +5,8 @@ from collections.abc import Sequence
 from wearlab import assembly
 from wearlab.dynamics.steady.coexisting import Search
 from wearlab.life import history, integrate
-from wearlab.simulation import operating
+from wearlab.scene import Scene
+from wearlab.simulation import initial_wear, operating
 from wearlab.simulation.dataset import monitoring
 
 INSTEAD = (
@@ -22,6 +23,7 @@ ENDS_OF_WORK = {
 
 
 def run_validity(
+    scene: Scene,
     stages: Sequence[operating.OperatingCondition],
     life_history: history.History,
     searches: Sequence[Search],
@@ -30,6 +32,7 @@ def run_validity(
 
     Parameters
     ----------
+    scene : the scene
     stages : those that were reached
     life_history : the life through them
     searches : what the searches for other attractors of the states came to
@@ -39,6 +42,7 @@ def run_validity(
         for block, model in enumerate(stage.parts):
             flags += model.validity
             flags += scene_validity(model, of_stage.in_block(block))
+    flags += initial_wear.left_behind(scene, stages[0].first)
     cut_off = sum(search.cut_off for search in searches)
     if cut_off:
         flags.append(
