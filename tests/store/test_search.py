@@ -475,3 +475,24 @@ def test_no_more_of_a_catalogue_is_read_than_a_page_shows(asked, monkeypatch):
         "", ["torque", "life"], "-life", 2, 1
     )
     assert set(read) == {2}
+
+
+def test_runs_of_several_torques_are_told_where_one_is_asked_for(asked):
+    """They were not found, and nothing said why."""
+    duty = [
+        {"torque": torque, "speed": 100.0, "share": 0.5} for torque in (50.0, -90.0)
+    ]
+    several = outcome(5, 0.0, 1e7)
+    summary = {**several.summary, "duty_torque_max": 50.0, "duty_torque_min": -90.0}
+    scene = json.dumps({"operation": {"duty": duty}})
+    asked.store.archive.catalogue.record(
+        [replace(several, scene=scene, summary=summary)]
+    )
+    found = asked.store.query("torque > 20 N*m")
+    assert 5 not in [int(row["id"], 16) for row in found]
+    assert found.notes == (
+        "torque: 1 run has operation.duty, each condition its own, and is not found by "
+        "it: ask for max(duty_torque) or min(duty_torque)",
+    )
+    assert asked.store.query("life > 2").notes == ()
+    assert asked.store.query("speed > 2 rpm").notes[0].startswith("speed: 1 run has")

@@ -226,7 +226,9 @@ class CatalogueSearch:
             for run in self._values(needed, runs)
         ]
         heads = tuple(self._head(text, column) for text, column in shown.items())
-        return Page(Table(heads, rows, self._notes(ambiguous)), count)
+        names = {key.name for key in condition.keys} if condition else set()
+        notes = (*self._notes(ambiguous), *self._notes_of_conditions(names))
+        return Page(Table(heads, rows, notes), count)
 
     def _shown(
         self, columns: Names, condition: BoundCondition | None
@@ -274,6 +276,28 @@ class CatalogueSearch:
             noun = "run" if len(unreadable) == 1 else "runs"
             notes.append(f"{len(unreadable)} {noun} could not be read: {first}")
         return tuple(notes)
+
+    def _notes_of_conditions(self, names: set[str]) -> list[str]:
+        """Return which runs have several torques or speeds, where one is asked for."""
+        notes = []
+        for quantity in ("torque", "speed"):
+            for several in ("duty", "stage"):
+                variable = f"{several}_{quantity}"
+                is_asked = any(variable in name for name in names)
+                if f"operation.{quantity}" not in names or is_asked:
+                    continue
+                ((count,),) = self.catalogue.read(
+                    "SELECT count(*) FROM documents WHERE "
+                    f"json_type(scene, '$.operation.{several}') = 'array'"
+                )
+                if count:
+                    has = "run has" if count == 1 else "runs have"
+                    notes.append(
+                        f"{quantity}: {count} {has} operation.{several}, each "
+                        f"condition its own, and {'is' if count == 1 else 'are'} not "
+                        f"found by it: ask for max({variable}) or min({variable})"
+                    )
+        return notes
 
     def _is_of_tables(self, by: Key | None) -> bool:
         return by is None or by.name in COLUMNS or by.name in self.numbers
