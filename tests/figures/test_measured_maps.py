@@ -116,6 +116,17 @@ def test_it_is_drawn_and_answers_again_from_its_own_file(run, tmp_path):
     assert len([axes for axes in figure.axes if axes.get_title(loc="left")]) == 2
 
 
+def test_a_map_takes_the_description_of_a_flank_and_refuses_a_zero(run, tmp_path):
+    file = tmp_path / "pinion.csv"
+    file.write_text(traces(run))
+    plot = plot_of(run, file, published={"file": file, "flank": "pinion"})
+    assert len(plot.panels) == 2
+    with pytest.raises(FigureError, match="zero = 'max' is of a wear-profile"):
+        plot_of(run, file, published={"file": file, "zero": "max"})
+    with pytest.raises(FigureError, match="it is of flank 'gear', and the map of"):
+        plot_of(run, file, published={"file": file, "flank": "gear"})
+
+
 @pytest.mark.parametrize(
     ("text", "options", "said"),
     [

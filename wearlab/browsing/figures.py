@@ -300,7 +300,7 @@ def _recorded(figure: Mapping[str, Any]) -> tuple[dict[str, Any], Points | None]
     """
     table = {key: value for key, value in figure.items() if key in KEYS}
     points = [str(text) for text in figure.get("points") or ()]
-    if len(points) == len(Points._fields):
+    if len(points) > 1:
         return table, Points(*points)
     if points:
         absent = f"The points of {points[0]} are not in this store, and not drawn."

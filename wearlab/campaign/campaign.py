@@ -15,10 +15,10 @@ from wearlab.campaign import update_options
 from wearlab.campaign.axes import Axis, Coordinate
 from wearlab.campaign.case import Case, Excluded
 from wearlab.campaign.claims import ClaimSpec, spelled_note
-from wearlab.options import ClosedTable, Number, option
+from wearlab.options import ClosedTable, Count, Number, option
 from wearlab.plugins import Plugin
 from wearlab.tables import TableError
-from wearlab.tables.points import read_points
+from wearlab.tables.points import Points, read_flank_points, read_points
 
 MAX_SHOWN_CASES = 30
 MAX_RECORDED_CASES = 5_000
@@ -72,6 +72,53 @@ def _html_row(cells: Sequence[Any]) -> str:
 Names = str | tuple[str, ...]
 
 
+class MeasuredFlankSpec(ClosedTable):
+    """A measured flank, described as in ``wear.initial``."""
+
+    file: Path
+    """table with columns as of wear.initial, or a measuring machine's .mka"""
+    flank: str | None = None
+    """flank that was measured [the only one of the figure]"""
+    side: Literal["left", "right"] | None = None
+    """of a measuring machine's file: which side of the teeth [required there]"""
+    teeth: Literal["mean"] | Count = "mean"
+    """of a measuring machine's file: the mean of all teeth, or the number of one"""
+    x: str | None = None
+    """column that says where on the flank [the one the file has]"""
+    y: Literal["depth", "deviation"] | None = None
+    """column that says how much [the one the file has]"""
+    units: dict[str, str] = option({})
+    """units of the columns [those in the file's headers]"""
+    columns: dict[str, str] = option({})
+    """headers of the file where they are others [by their names]"""
+    zero: Literal["as-measured", "max", "pitch", "tip", "root", "line"] = "as-measured"
+    """what counts as unworn"""
+    direction: Literal["normal"] = "normal"
+    """direction of the values: along the flank normal"""
+    continuation: Literal["refuse", "hold", "slope", "zero"] = "refuse"
+    """of no effect: points are drawn where they were measured"""
+
+    def read(self, folder: Path, sheet: str | None, decimal: str | None) -> Points:
+        """Return the points of the flank.
+
+        Parameters
+        ----------
+        folder : that a relative path starts from
+        sheet, decimal : of the table [found out]
+
+        Raises
+        ------
+        TableError : the file cannot be read so
+        """
+        options = {"file": str(folder / self.file), "sheet": sheet, "decimal": decimal}
+        keys = {"side", "teeth", "x", "y", "units", "columns"}
+        options |= self.model_dump(include=keys)
+        stated = {
+            key: value for key, value in options.items() if value not in (None, {})
+        }
+        return read_flank_points(stated, self.flank, self.zero)
+
+
 class FigureSpec(ClosedTable):
     """One figure of a campaign."""
 
@@ -99,10 +146,11 @@ class FigureSpec(ClosedTable):
     note: str | None = None
     """one line under the figure: departures from a paper, and why; {formula:.2f unit}
     or {claim} in it is a number of the stored runs"""
-    published: Path | None = None
+    published: Path | MeasuredFlankSpec | None = None
     """table of points from a paper: columns x, y, hue and their units; without y places
     along x are marked; of a wear-map a measured flank: columns as of wear.initial,
-    face_position and depth among them"""
+    face_position and depth among them; of a wear-profile { file, flank, side, teeth, x,
+    y, units, columns, zero }: a measured flank"""
     sheet: str | None = None
     """sheet of published, where that is a workbook [the only one that holds a table]"""
     decimal: Literal[".", ","] | None = None
@@ -310,11 +358,17 @@ def _points_record(spec: FigureSpec, folder: Path) -> list[str]:
     published = getattr(spec, "published", None)
     if published is None:
         return []
+    is_flank = isinstance(published, MeasuredFlankSpec)
+    name = Path(published.file if is_flank else published).name
     try:
-        points = read_points(folder / published, spec.sheet)
+        points = (
+            published.read(folder, spec.sheet, spec.decimal)
+            if is_flank
+            else read_points(folder / published, spec.sheet)
+        )
     except (TableError, OSError):
-        return [Path(published).name]
-    return list(points if len(points.text) <= MAX_RECORDED_POINTS else points[:1])
+        return [name]
+    return points.record() if len(points.text) <= MAX_RECORDED_POINTS else [name]
 
 
 def from_record(record: Mapping[str, Any]) -> RecordedCampaign:

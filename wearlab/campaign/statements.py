@@ -118,7 +118,7 @@ def problems(campaign: "Campaign", record: ClaimRecord) -> list[str]:
     for title in _titles(campaign):
         lines += _bare_problems(title, file_numbers, MOTION)
     for spec in campaign.figures:
-        if spec.published is not None:
+        if isinstance(spec.published, Path):
             lines += _point_problems(spec.published, readings)
     return lines
 

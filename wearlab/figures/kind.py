@@ -13,6 +13,7 @@ import xarray as xr
 
 from wearlab import nearest, schema
 from wearlab.arrays import Array
+from wearlab.campaign.campaign import MeasuredFlankSpec
 from wearlab.figures import doubt, wording
 from wearlab.figures.plot import LineStyle, Scale, Series
 from wearlab.plugins import CONSENT, UNRUN, Plugin, Registry
@@ -48,7 +49,8 @@ class FigureRequest:
     units : variable → unit
     y_as : "logarithm": on such an axis; "difference": less the first curve of its panel
     title, note : texts; a title of "" is none
-    published : CSV of points from a paper: where it is, or what it says
+    published : CSV of points from a paper, where it is or what it says; or a measured
+        flank
     sheet : of a workbook of points [the only one that holds a table]
     decimal : decimal sign of the points [found out]
     """
@@ -65,7 +67,7 @@ class FigureRequest:
     y_as: Literal["logarithm", "difference"] | None = None
     title: str | None = None
     note: str | None = None
-    published: Path | Points | None = None
+    published: Path | MeasuredFlankSpec | Points | None = None
     sheet: str | None = None
     decimal: str | None = None
 
@@ -110,7 +112,11 @@ def read(spec: Any, number: int, folder: Path | None) -> FigureRequest:
     options["select"] = dict(options["select"] or {})
     options["y"] = (y,) if isinstance(y, str) else tuple(y or ())
     options["units"] = {str(key): str(value) for key, value in units.items()}
-    options["published"] = (folder or Path()) / published if published else None
+    if isinstance(published, MeasuredFlankSpec):
+        file = (folder or Path()) / published.file
+        options["published"] = published.model_copy(update={"file": file})
+    else:
+        options["published"] = (folder or Path()) / published if published else None
     return FigureRequest(**options)
 
 

@@ -22,8 +22,10 @@ import numpy as np
 
 from wearlab import tables
 from wearlab.arrays import Array
+from wearlab.campaign.campaign import MeasuredFlankSpec
 from wearlab.figures.curves import NotedSeries
 from wearlab.figures.kind import FigureError, FigureRequest, Points
+from wearlab.figures.measured_points import flank_points
 from wearlab.figures.places_of_points import CurvesOfFigure, placed
 from wearlab.figures.plot import Mark, Scale, Series
 from wearlab.figures.wording import Label, converted
@@ -65,7 +67,9 @@ class MeasuredMap(NamedTuple):
     traces: Sequence[tuple[Array, Array]]
 
 
-def points_of(source: Path | Points, request: FigureRequest) -> Points:
+def points_of(
+    source: Path | MeasuredFlankSpec | Points, request: FigureRequest
+) -> Points:
     """Return the name and text of a CSV of points.
 
     Parameters
@@ -80,17 +84,23 @@ def points_of(source: Path | Points, request: FigureRequest) -> Points:
     if isinstance(source, Points):
         return source
     try:
+        if isinstance(source, MeasuredFlankSpec):
+            return source.read(Path(), request.sheet, request.decimal)
         return read_points(source, request.sheet)
     except tables.TableError as error:
         raise request.error(f"published: {error}") from None
     except OSError as error:
+        file = getattr(source, "file", source)
         raise request.error(
-            f"published: {source}: {getattr(error, 'strerror', None) or error}"
+            f"published: {file}: {getattr(error, 'strerror', None) or error}"
         ) from error
 
 
 def published(
-    source: Path | Points, curves: CurvesOfFigure, request: FigureRequest
+    source: Path | MeasuredFlankSpec | Points,
+    curves: CurvesOfFigure,
+    quantity: str,
+    request: FigureRequest,
 ) -> NotedSeries:
     """Return the points of a table, a series for each hue and panel, and notes.
 
@@ -98,6 +108,7 @@ def published(
     ----------
     source : the table, or what it says
     curves : our curves, whose axes and labels the points take
+    quantity : that these show
     request : the figure, for messages
 
     Raises
@@ -110,10 +121,15 @@ def published(
             "published: points have no place on maps; a wear-map takes a flank"
         )
     points = points_of(source, request)
+    if points.zero:
+        return NotedSeries([flank_points(points, curves, quantity, request)], [])
     table = _table(points, request)
     if "x" not in table.names:
+        is_flank = any(table.column_of(name, {}) for name in ABSCISSAE)
+        remedy = "; a measured flank is written published = { file = … }"
         raise request.error(
             f"{points.name}: a column x is required, found {', '.join(table.names)}"
+            f"{remedy if is_flank else ''}"
         )
 
     of_figure = placed(table, curves, request)
@@ -258,6 +274,17 @@ def measured_flank(request: FigureRequest) -> MeasuredMap:
     """
     assert request.published is not None
     points = points_of(request.published, request)
+    if points.zero not in ("", "as-measured"):
+        raise request.error(
+            f"published: zero = {points.zero!r} is of a wear-profile: a map shows "
+            "depths as they are; leave it out"
+        )
+    shown = request.select.get("flank")
+    if points.flank and shown not in (None, points.flank):
+        raise request.error(
+            f"published: it is of flank {points.flank!r}, and the map of {shown!r}: "
+            "let select.flank be the same"
+        )
     try:
         content = points.text.encode()
         table = tables.table_of(points.name, content, decimal=request.decimal)

@@ -79,8 +79,10 @@ def _problems(campaign: Campaign, spec: Any, number: int, folder: Any) -> Iterat
                 f"{request.name}: y = {name!r} is no variable; "
                 f"{nearest.choices(name, schema.VARIABLES)}"
             )
-    if isinstance(request.published, Path) and not request.published.is_file():
-        yield f"{request.name}: published file {spec.published} is not there"
+    file = getattr(request.published, "file", request.published)
+    if isinstance(file, Path) and not file.is_file():
+        stated = getattr(spec.published, "file", spec.published)
+        yield f"{request.name}: published file {stated} is not there"
 
 
 def _unknown_dimensions(
@@ -255,7 +257,7 @@ def _record_of(
         "table": figure_question.table,
         "points": None
         if figure_question.points is None
-        else list(figure_question.points),
+        else figure_question.points.record(),
         "campaign": to_record(figure_question.campaign),  # type: ignore[arg-type]
         "runs": {run_id: entry.sha256 for run_id, entry in entries.items()},
     }

@@ -146,7 +146,8 @@ def with_published(
         return ArrangedSeries(series, [])
     roles = layout.laid_out(series, request, kind, keys_of_dimensions(grid)).roles
     of_figure = CurvesOfFigure(series, roles, grid)
-    points = published(request.published, of_figure, request)
+    quantity = (*request.y, kind.y)[0]
+    points = published(request.published, of_figure, quantity, request)
     return ArrangedSeries([*series, *points.series], points.notes)
 
 

@@ -10,6 +10,7 @@ from wearlab.gears import helix
 from wearlab.gears.gear import GearPair
 from wearlab.gears.specification import GearError
 from wearlab.mesh.stiffness import PiecewiseCurve
+from wearlab.tables.flank_zero import zero_line
 
 Along = Literal["diameter", "roll_angle", "roll_length", "path_position"]
 Continuation = Literal["refuse", "hold", "slope", "zero"]
@@ -79,7 +80,7 @@ def measured(
     """
     s = np.asarray(position, float)
     depth = nodal(profile, pair, gear, s)
-    depth = depth - _zero_line(profile.zero, gear, s, depth)
+    depth = depth - zero_line(profile.zero, gear, s, depth)
     where = "profile at diameter {:.6g} mm", 2e3 * pair.radius(gear, s)
     name = pair.gears[gear].name
     return _worn(depth, name, profile.zero, where, "'max' or 'line'")
@@ -316,42 +317,3 @@ def _local_parabola(where: Array, depth: Array, s: float, window: float) -> floa
     weight = (1.0 - np.abs(distance[near]) ** 3) ** 1.5
     matrix = np.stack([np.ones_like(t), t, t * t], axis=1) * weight[:, None]
     return float(np.linalg.lstsq(matrix, depth[near] * weight, rcond=None)[0][0])
-
-
-def _zero_line(zero: Zero, gear: int, s: Array, depth: Array) -> Array | float:
-    """Return the depth that counts as zero, at the nodes [m]."""
-    if zero == "line":
-        return _outer_line(s, depth)
-    root, tip = depth[[0, -1]] if gear == 0 else depth[[-1, 0]]
-    pitch = np.interp(0.0, s, depth)
-    highest = depth.min()
-    return float(
-        {"as-measured": 0.0, "max": highest, "pitch": pitch, "tip": tip, "root": root}[
-            zero
-        ]
-    )
-
-
-def _outer_line(s: Array, depth: Array) -> Array:
-    """Return the line that touches the profile outside, beside the pitch point.
-
-    Where the pitch point itself stands highest, the line is the tangent there, if that
-    stays outside.
-    """
-    away = 1e-9 * np.ptp(s)
-    below = s < -away
-    above = s > away
-    at_pitch = float(np.interp(0.0, s, depth))
-    left = (depth[below] - at_pitch) / s[below]
-    right = (depth[above] - at_pitch) / s[above]
-    if left.max() <= right.min():
-        near = -s[below][-1]
-        far = s[above][0]
-        tangent = (left[-1] * far + right[0] * near) / (near + far)
-        return np.asarray(at_pitch + np.clip(tangent, left.max(), right.min()) * s)
-    # the edge of the lower hull of the depth that crosses the pitch point: the lowest
-    # there of all chords
-    slope = (depth[above] - depth[below][:, None]) / (s[above] - s[below][:, None])
-    crossing = depth[below][:, None] - slope * s[below][:, None]
-    i, j = np.unravel_index(np.argmin(crossing), crossing.shape)
-    return np.asarray(crossing[i, j] + slope[i, j] * s)
