@@ -174,10 +174,6 @@ def test_bins_have_no_order_and_many_conditions_are_classed(tmp_path):
             "line 4, column 'hours': is not after the row before it",
         ),
         (
-            "hours,torque,speed\n0,-1,1\n5,,\n",
-            "line 2, column 'torque': is negative: give the size",
-        ),
-        (
             "hours,torque,speed\n0,,1\n5,,\n",
             "line 2, column 'torque': is empty; 0 stands for",
         ),
@@ -263,3 +259,58 @@ def test_masses_are_mixed_at_equal_mass(fleet):
     found = clocked_run(asked, own, [replace(deep, points=heavy.points)])
     assert found.equal(cycles) == pytest.approx(1.1 * cycles)
     assert found.equal(cycles, found.points[0].clock) == pytest.approx(1.05 * cycles)
+
+
+def test_idle_and_reversed_rows_of_a_record_pass_time_alone(tmp_path):
+    """Negative torques were refused, so that people deleted their hours."""
+    rows = (
+        (0, 300, 1000),
+        (10, -200, -1000),
+        (13, 0, 900),
+        (20, 300, -1000),
+        (30, "", ""),
+    )
+    for heads in ("hours,torque,speed", "hours,Drehmoment,Drehzahl"):
+        text = heads + "\n" + "".join(f"{h},{t},{n}\n" for h, t, n in rows)
+        names = heads.split(",")[1:]
+        made = block(tmp_path, text, hours="hours")
+        units = {names[0]: "N*m", names[1]: "rpm", "hours": "h"}
+        made = made.model_copy(update={"units": units})
+        record = read_record(made, None, None)
+        assert record.time[-1] == 30 * 3600.0
+        conditions, which = record.conditions()
+        assert list(which) == [0, -1, -1, 0] and len(conditions) == 1
+        assert record.reversed_work == pytest.approx(200 * 3 / (300 * 20))
+
+
+def test_what_back_flanks_would_change_is_refused_and_what_not_is_told(tmp_path):
+    reversed_rows = RECORD.replace("400,0,0", "400,-300,1200")
+    with pytest.raises(UpdateError, match=r"negative torque wear back .*, worn_mass, "):
+        studies(campaign(tmp_path, [(200, 1.0)], reversed_rows))
+    mostly = reversed_rows.replace("-300", "-9000")
+    with pytest.raises(UpdateError, match="give all torques the other sign, and oper"):
+        studies(campaign(tmp_path, [(200, 1.0)], mostly))
+
+    record = read_record(block(tmp_path, mostly, hours="hours"), None, None)
+    other_sign = replace(record, torque=-record.torque)
+    assert record.reversed_work > 1.0 > other_sign.reversed_work
+
+    of_depth = (  # the remedy
+        RECORDED.replace('quantity = "worn_mass"', 'quantity = "max_wear_depth"')
+        .replace('member   = "pinion"', 'flank    = "pinion"')
+        .replace('loss = "mg"', 'loss = "um"')
+        .replace("5 mg", "0.1 um")
+    )
+    trees = [
+        update(
+            campaign(tmp_path, [(200, 1.0)], record, of_depth),
+            wl.Store(tmp_path / "store"),
+            progress=False,
+        )
+        for record in (reversed_rows, RECORD)
+    ]
+    factors = [tree["predictions"]["factor_quantile"].values for tree in trees]
+    assert factors[0] == pytest.approx(factors[1], rel=1e-9)
+    said = ["\n".join(text_of(tree)) for tree in trees]
+    assert "rows of negative torque in update.record wear back flanks, 1" in said[0]
+    assert "negative torque" not in said[1]

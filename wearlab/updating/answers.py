@@ -399,6 +399,7 @@ def _notes(
         "widened": _widens(answer),
         "oddities": odd,
         "hours": study.record and study.record.excess(a_year),
+        "reversed_work": study.record and study.record.reversed_work,
         "steady": _is_taken_as_steady(study, post),
         "no_drift": study.limit.quantity if no_drift else "",
     }

@@ -179,6 +179,7 @@ def studies(campaign: Campaign, today: date | None = None) -> tuple[Subject, ...
             case.scene, spec, "" if len(campaign.cases) == 1 else f"case {label!r}: "
         )
         refuse_too_deep(case.scene, case_observations, limit)
+        refuse_reversed(case.scene, case_observations, limit, record)
         study = Subject(
             label, case.scene, spec, limit, case_observations, record, calendar
         )
@@ -234,6 +235,55 @@ def refuse_too_deep(
             raise UpdateError(f"{text.format(f'{1e3 * value:.4g}')} {thick}: {remedy}")
 
 
+def refuse_reversed(
+    scene: Scene,
+    observations: Sequence[Observed],
+    limit: Limit,
+    record: OperatingRecord | None,
+) -> None:
+    """Refuse what an update cannot tell where a record has rows of negative torque.
+
+    They wear back flanks, which the runs of its conditions do not have.
+
+    Parameters
+    ----------
+    scene : of the case
+    observations : what was measured
+    limit : what ends the life
+    record : what ran
+
+    Raises
+    ------
+    UpdateError : back flanks are worn more than front ones, are those of planets, or
+        matter to what is measured
+    """
+    if record is None or record.reversed_work == 0.0:
+        return
+    rows = "update.record: rows of negative torque wear back flanks"
+    if not scene.gears.descriptor.is_pair:
+        raise UpdateError(
+            f"{rows}, and in a planetary set either flank of a planet is the back of "
+            "the other: leave such rows out"
+        )
+    if record.reversed_work >= 1.0:
+        raise UpdateError(
+            f"{rows} more than the others wear front flanks, which alone are told: "
+            "give all torques the other sign, and operation.drive_flank the other side"
+        )
+    measured = {
+        observed.data.place: observed.data.quantity
+        for observed in observations
+        if len(observed)
+    }
+    measured["update.limit"] = limit.quantity
+    for place_of_quantity, quantity in measured.items():
+        if quantity not in ("max_wear_depth", "wear_depth"):
+            raise UpdateError(
+                f"{rows}, which {place_of_quantity}, {quantity}, would have to count: "
+                "give depths of the front flanks, or leave such rows out"
+            )
+
+
 def _units(scene: Scene, spec: UpdateSpec, fleet: Fleet) -> tuple[Subject, ...]:
     """Return what is asked of a fleet, unit by unit.
 
@@ -257,6 +307,7 @@ def _units(scene: Scene, spec: UpdateSpec, fleet: Fleet) -> tuple[Subject, ...]:
         days = unit.calendar or spec.calendar
         measured = _measured(spec, name, days, common=unit.calendar is None)
         refuse_too_deep(changed, measured[0], limit)
+        refuse_reversed(changed, measured[0], limit, measured[1])
         subjects.append(Subject(name, changed, spec, limit, *measured))
     return tuple(subjects)
 

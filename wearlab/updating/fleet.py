@@ -264,6 +264,7 @@ def _notes(parts: FleetParts, fleet: Population, theta: Array) -> list[str]:
         about = {
             "name": unit.name,
             "hours": is_in_service and study.record and study.record.excess(a_year),
+            "reversed_work": study.record and study.record.reversed_work,
             "oddities": list(chain(*odd)),
             "ends": is_in_service and unit.run.limit_cycle > last,
         }

@@ -94,6 +94,8 @@ class MeasuredColumns:
             if column is None:
                 continue
             name = self.table.find(column)
+            if name is None and column == role:  # not named by the campaign file
+                name = self.table.column_of(role, {})
             if name is None:
                 raise self._no_column(role, column)
             self.names[role] = name
@@ -485,7 +487,9 @@ class OperatingRecord:
     Parameters
     ----------
     time : (n+1,) operating time at the ends of the conditions [s], from 0 on
-    torque, speed : (n,) of each [N m], [rad/s]; 0 where nothing wears
+    torque : (n,) of each [N m]; negative where it loads the back flanks, 0 where
+        nothing wears
+    speed : (n,) of each, without sense [rad/s]; 0 of a standstill
     dates : (n+1,) when that was, None where it is not said
     mixed : whether their order is not known: bins
     fingerprint : hash of the file's bytes
@@ -505,7 +509,7 @@ class OperatingRecord:
     def conditions(self) -> tuple[Array, Index]:
         """Return the conditions that are run, (c, 2), and which of them each piece is.
 
-        −1 without wear.
+        −1 without wear of the front flanks.
         """
         works = np.flatnonzero((self.torque > 0.0) & (self.speed > 0.0))
         operating = np.stack([self.torque, self.speed], axis=1)[works]
@@ -516,6 +520,14 @@ class OperatingRecord:
         numbers = np.full(len(self.torque), -1)
         numbers[works] = index.ravel()
         return distinct, numbers
+
+    @property
+    def reversed_work(self) -> float:
+        """Torque times turns that load back flanks, over those of front flanks."""
+        work = self.torque * self.speed * np.diff(self.time)
+        front = float(work[work > 0.0].sum())
+        back = float(-work[work < 0.0].sum())
+        return back / front if front > 0.0 else np.inf * back if back else 0.0
 
     def since(self, seconds: float) -> "OperatingRecord | None":
         """Return what ran after an operating time, from 0 on; None after its end.
@@ -642,7 +654,7 @@ def read_record(
         return None
 
     torque = columns.numbers("torque", "N m", empty=True)
-    speed = columns.numbers("speed", "rad/s", empty=True)
+    speed = np.abs(columns.numbers("speed", "rad/s", empty=True))
     dates = columns.dates("time") if when == "date" else None
     if dates is None:
         time = columns.numbers("time", "s")
@@ -683,7 +695,7 @@ def read_record(
 def _refuse_odd_conditions(
     columns: MeasuredColumns, conditions: Mapping[str, Array], is_bins: bool
 ) -> None:
-    """Refuse torques and speeds that are missing or negative.
+    """Refuse torques and speeds that are missing.
 
     Those of the last row may be missing, where a row holds until the next.
     """
@@ -692,8 +704,6 @@ def _refuse_odd_conditions(
     for name, values in conditions.items():
         missing = np.isnan(values) & ~last
         columns.refuse(missing, name, "is empty; 0 stands for a standstill")
-        negative = f"is negative: give the size of the {name}"
-        columns.refuse(values < 0.0, name, negative)
 
 
 def _refuse_odd_times(columns: MeasuredColumns, time: Array) -> None:
