@@ -601,7 +601,7 @@ def test_the_middle_of_a_range_counts_and_check_tells_it(tmp_path, monkeypatch, 
         ),
         (
             "torque from [Nm];torque to [Nm];n [rpm];t [h]\n-50;60;1100;6\n",
-            "line 2, column 'torque from': a range from -50 to 60 loads either side",
+            "line 2, column 'torque from': -50 to 60: a range on both sides of 0 loads",
             ("-50", "0"),
         ),
     ],
@@ -640,5 +640,20 @@ def test_blocks_of_odd_times_are_refused(tmp_path, times, message):
     blocks = [f"{{ {load}, {time} }}" for load, time in zip(loads, times, strict=True)]
     text = PAIR.replace('{ file = "duty.csv" UNITS }', f"[{', '.join(blocks)}]")
     (tmp_path / "c.toml").write_text(text.replace(",  }", " }"))
+    with pytest.raises(wl.CampaignError, match=message):
+        wl.load(tmp_path / "c.toml")
+
+
+@pytest.mark.parametrize(
+    ("ends", "message"),
+    [
+        ('["-1000 rpm", "1000 rpm"]', "-1000 rpm to 1000 rpm: a range on both sides"),
+        ('["1000 rpm"]', r"\['1000 rpm'\] is no range: give two values, or one"),
+    ],
+)
+def test_ranges_without_a_middle_are_refused(tmp_path, ends, message):
+    block = f'[{{ torque = "50 N*m", speed = {ends}, hours = 6 }}]'
+    text = PAIR.replace('{ file = "duty.csv" UNITS }', block)
+    (tmp_path / "c.toml").write_text(text)
     with pytest.raises(wl.CampaignError, match=message):
         wl.load(tmp_path / "c.toml")

@@ -132,8 +132,8 @@ def middle_of(low: float, high: float) -> float:
     """
     if low * high < 0.0:
         raise ValueError(
-            f"a range from {low:g} to {high:g} loads either side, or turns either way: "
-            "split it at 0 into two conditions"
+            "a range on both sides of 0 loads either flank, or turns either way: split "
+            "it at 0 into two conditions"
         )
     return (low + high) / 2.0
 
@@ -179,7 +179,7 @@ def ranges_of(table: ReadTable, columns: Columns) -> dict[str, tuple[str, str]]:
                 names = ", ".join(table.names)
                 raise TableError(
                     f"{table.file}: columns are {names}; columns.{quantity} names "
-                    f"{' and '.join(map(repr, written))}"
+                    f"{' and '.join(map(repr, written))}: name two that are there"
                 )
             ranges[quantity] = (low, high)
         elif written is None and table.column_of(quantity, {}) is None:
@@ -233,7 +233,10 @@ def with_middles(
             try:
                 middle = middle_of(float(first), float(last))
             except ValueError as error:
-                raise TableError(f"{table.place(row, low)}: {error}") from None
+                place = f"{table.place(row, low)}: {table.cells[low][row]}"
+                raise TableError(
+                    f"{place} to {table.cells[high][row]}: {error}"
+                ) from None
             middles.append(repr(middle).replace(".", table.decimal))
         table = table.with_column(f"middle of {low} and {high}", unit, middles)
         plain[quantity] = table.names[-1]

@@ -50,7 +50,10 @@ def _middle(quantity: str) -> pydantic.BeforeValidator:
         if len(value) != 2:
             raise ValueError(f"{value!r} is no range: give two values, or one")
         low, high = (units.quantity(end, quantity) for end in value)
-        return options.Stored(middle_of(low, high))
+        try:
+            return options.Stored(middle_of(low, high))
+        except ValueError as error:
+            raise ValueError(f"{value[0]} to {value[1]}: {error}") from None
 
     return pydantic.BeforeValidator(read)
 
