@@ -237,6 +237,7 @@ def pick(
     dims = [str(dim) for dim in grid.run_id.dims]
     ids = grid.run_id.values
     status = grid.status.values
+    reason = grid.reason.values
     indices = [_selected_indices(grid, dim, request, all_cases) for dim in dims]
     names_cases = "case" in _roles_and_x(request)
 
@@ -253,7 +254,9 @@ def pick(
             picked.setdefault(identity, Point(place, labels, run_id))
         else:
             name = _name_of_missing(labels, names_cases) or run_id[:12]
-            missing[f"{name}: {status[index]}"] = None
+            is_older = status[index] == "missing" and reason[index]
+            state = reason[index] if is_older else status[index]
+            missing[f"{name}: {state}"] = None
 
     if not picked and not missing:
         raise request.error(f"select = {dict(request.select)} leaves no run")

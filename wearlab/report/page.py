@@ -4,7 +4,7 @@ import base64
 import json
 import re
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from functools import partial
 from pathlib import Path
@@ -18,7 +18,7 @@ from wearlab.report import key_results
 from wearlab.report.answer import Entries, answer, gathered
 from wearlab.report.conditions import conditions
 from wearlab.scene import Scene, parts_left_out, parts_present
-from wearlab.store import Store, StoreError, outcome, provenance
+from wearlab.store import Store, StoreError, former, outcome, provenance
 from wearlab.store.catalogue import Entry
 
 FOLDER = Path(__file__).parent
@@ -364,8 +364,10 @@ def _values(values: Sequence[Any], units: str | None) -> str:
 def _rows(campaign: Campaign, entries: Entries, store: Store) -> list[Content]:
     """Return every case as a row of the table of results."""
     comparisons = _comparisons(campaign, store)
+    missing = [case.id for case in campaign.cases if case.id not in entries]
+    older = former.older_versions(campaign, store.archive, missing)
     return [
-        _row(campaign, case, entries.get(case.id), store, comparisons)
+        _row(campaign, case, entries.get(case.id), store, comparisons, older)
         for case in campaign.cases
     ]
 
@@ -386,8 +388,13 @@ def _row(
     entry: Entry | None,
     store: Store,
     comparisons: Comparisons,
+    older: Mapping[str, str],
 ) -> Content:
-    """Return one case in the table of results, in words but for the comparison."""
+    """Return one case in the table of results, in words but for the comparison.
+
+    ``older`` is what to say of missing runs that another version of the model made.
+    """
+    warnings = len(entry.warnings) if entry else 0
     place = outcome.place(campaign, case)
     summary = entry.summary if entry else {}
     headlines = outcome.headlines(summary)
@@ -406,7 +413,7 @@ def _row(
         "error": ", ".join(errors),
         "seconds": outcome.seconds_text(entry.seconds if entry else None),
         "run": case.id,
-        "note": f"{len(entry.warnings)} warnings" if entry and entry.warnings else "",
+        "note": f"{warnings} warnings" if warnings else older.get(case.id, ""),
         "comparison": comparisons.get(key),
     }
 

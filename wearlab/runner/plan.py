@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from wearlab.query.keys import differences, flat
 from wearlab.runner import local, preparation, worker
 from wearlab.sources import is_other_code
-from wearlab.store import Store, catalogue, outcome
+from wearlab.store import Store, catalogue, former, outcome
 from wearlab.store.outcome import seconds_text
 from wearlab.store.table import table_html
 
@@ -300,30 +300,18 @@ def _changed(
     """
     if not new:
         return {}
-    path = None if campaign.path is None else str(campaign.path)
-    latest: dict[str, str] = {}  # id of the run that a case was last, by case
-    for member in store.archive.catalogue.members():
-        if member.path == path and member.campaign == campaign.title:
-            latest.setdefault(_case(member.label, member.position), member.run)
-
-    former_ids = {
-        run.id: latest.get(_case(run.label, run.position), run.id) for run in new
-    }
+    recorded = former.former_runs(campaign, store.archive)
+    former_ids = {run.id: recorded.get(run.id, run.id) for run in new}
     entries = store.archive.entries(
-        former for run_id, former in former_ids.items() if former != run_id
+        before for run_id, before in former_ids.items() if before != run_id
     )
     changed = {}
     for run in new:
-        former = entries.get(former_ids[run.id])
-        if former is not None and former.id != run.id:
-            keys = differing(former, scenes[run.id].canonical())
+        entry = entries.get(former_ids[run.id])
+        if entry is not None and entry.id != run.id:
+            keys = differing(entry, scenes[run.id].canonical())
             changed[run.id] = run._replace(changed=keys)
     return changed
-
-
-def _case(label: str, position: Mapping[str, Any]) -> str:
-    """Return what tells the cases of a campaign apart, as text."""
-    return json.dumps([label, position], sort_keys=True)
 
 
 def differing(entry: catalogue.Entry, scene: str) -> tuple[str, ...]:

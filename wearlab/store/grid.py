@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from wearlab.query.evaluate import compared
 from wearlab.query.keys import differences, flat, quantity_at
-from wearlab.store import catalogue, outcome, reading
+from wearlab.store import catalogue, former, outcome, reading
 from wearlab.store.files import StoreError, refuse_oversized
 from wearlab.units import KINDS, convert, is_number
 
@@ -87,7 +87,9 @@ def open_grid(
         for run_id, entry in archive.entries(first_runs.values()).items()
     }
 
-    cases = _Cases(campaign, runs, si)
+    missing = [case.id for case in campaign.cases if case.id not in runs]
+    older = former.older_versions(campaign, archive, missing)
+    cases = _Cases(campaign, runs, older, si)
     stored = _GridRuns(cases, layouts, archive.files.folder.absolute())
     variables = cases.states()
     variables["n_updates"] = stored.update_counts()
@@ -124,13 +126,19 @@ class _Cases:
     ----------
     campaign : its axes and cases
     entries : runs that the catalogue knows, by id
+    older : what to say of those that another version of the model made, by id
     si : whether axes are told in SI units
     """
 
     def __init__(
-        self, campaign: "Campaign", entries: Mapping[str, catalogue.Entry], si: bool
+        self,
+        campaign: "Campaign",
+        entries: Mapping[str, catalogue.Entry],
+        older: Mapping[str, str],
+        si: bool,
     ) -> None:
         self.campaign = campaign
+        self.older = older
         self.axes = grid_axes(campaign)
         self.along = {axis.name: _along(axis, si) for axis in campaign.axes}
         self.runs = [entries.get(case.id) for case in campaign.cases]
@@ -155,7 +163,10 @@ class _Cases:
     def states(self) -> Variables:
         """Return state, reason for the lack of data, and run id at every point."""
         reasons = [
-            "" if run is None else outcome.last_line(run.reason) for run in self.runs
+            self.older.get(case.id, "")
+            if run is None
+            else outcome.last_line(run.reason)
+            for case, run in zip(self.campaign.cases, self.runs, strict=True)
         ]
         texts_of_cases = {
             "status": self.status,
@@ -263,8 +274,9 @@ class _Cases:
                 f"{name}={outcome.value_text(self.axes[name][i], None)}"
                 for name, i in zip(self.axes, point, strict=True)
             )
-            place = place or self.campaign.cases[number].id
-            lines.append(f"{place}: {self.status[number]}")
+            run_id = self.campaign.cases[number].id
+            state = self.older.get(run_id, self.status[number])
+            lines.append(f"{place or run_id}: {state}")
         omitted = len(points) - len(lines)
         return [*lines, f"and {omitted} more, by status"] if omitted > 0 else lines
 
