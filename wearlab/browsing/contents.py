@@ -2,6 +2,8 @@
 
 import re
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
 from shlex import quote
 from typing import Any
 from urllib.parse import parse_qsl, urlencode
@@ -94,6 +96,8 @@ def campaign(store: Store, place: Any, arguments: Arguments) -> dict[str, Any]:
     if not matches:
         raise StoreError(f"campaign {key[:40]!r} is not in this store")
     shown = matches[0]
+    if not place.live:
+        shown = replace(shown, path=Path(shown.path).name)
 
     is_small = shown.cases <= MAX_DRAWN
     rows_of_page = listing.ROWS if place.live else MAX_DRAWN
@@ -253,6 +257,8 @@ def run(store: Store, place: Any, arguments: Arguments) -> dict[str, Any]:
     first = figures.first(arguments)
     entry = store.archive.find(_named(arguments, "id", "run"))
     facts = one_run.content(store, entry)
+    if not place.live:
+        facts = _without_folders(store, facts)
     kinds: list[str] = []
     drawn: list[figures.ShownFigure] = []
     if facts["state"] == "done":
@@ -272,7 +278,7 @@ def run(store: Store, place: Any, arguments: Arguments) -> dict[str, Any]:
     else:
         drawn += [source.shown(source.question(kind)) for kind in kinds]
 
-    address = store.address or str(store.path.absolute())
+    address = _address(store, place)
     folder = quote(address)
     kind = kinds[0] if kinds else "wear-profile"
     return {
@@ -290,6 +296,27 @@ def run(store: Store, place: Any, arguments: Arguments) -> dict[str, Any]:
         f"run = wl.open({address!r}).run({entry.id!r})\n"
         f"wl.figure(run, {kind!r})",
     }
+
+
+def _address(store: Store, place: Any) -> str:
+    """Return where a store is; in a copy, which goes elsewhere, its name alone."""
+    if store.address is not None:
+        return str(store.address)
+    folder = store.path.absolute()
+    return str(folder) if place.live else folder.name
+
+
+def _without_folders(store: Store, told: Mapping[str, Any]) -> dict[str, Any]:
+    """Return what is told of a run without the folders of this machine.
+
+    Its file is named from the store's own folder on, and of a traceback the last line
+    stays.
+    """
+    above = f"{store.path.absolute().parent}/"
+    files = told["facts"].get("file", ())
+    names = [str(Path(file).absolute()).removeprefix(above) for file in files]
+    facts = {**told["facts"], "file": names} if names else told["facts"]
+    return {**told, "facts": facts, "reason": outcome.last_line(told["reason"])}
 
 
 def _back(first: Mapping[str, str]) -> dict[str, str]:
@@ -340,7 +367,7 @@ def compare(store: Store, place: Any, arguments: Arguments) -> dict[str, Any]:
 
     files = place.files("figure", figures.address(arguments))
     content["figures"] = [source.shown(question, files)]
-    folder = quote(store.address or str(store.path.absolute()))
+    folder = quote(_address(store, place))
     content["commands"] = (
         f"wearlab figures --from {question.name}.png --store {folder}   # the PNG that "
         "was taken along"
