@@ -179,7 +179,8 @@ def _not_together(block: UpdateBlock, unknown: Sequence[str]) -> Iterator[str]:
         yield from _not_with_replaced(block, unknown)
     if block.record:
         for number, data in enumerate(block.data):
-            if data.columns.hours is None and data.columns.date is None:
+            by_cycles = data.columns.hours is None and data.columns.date is None
+            if by_cycles and isinstance(data.at, float | None):
                 yield (
                     f"{SECTION}.data[{number}].columns: with update.record, say when "
                     "by hours or date: cycles depend on the speeds"
@@ -230,7 +231,12 @@ def _not_of_a_fleet(block: UpdateBlock, unknown: Sequence[str]) -> Iterator[str]
 
 def _data_not_of_a_fleet(data: DataBlock) -> Iterator[str]:
     """Yield what is wrong with measurements of a fleet, key first."""
-    if data.columns.unit is None:
+    if data.at is not None:
+        yield (
+            "at: of a fleet, flanks stand in a table with columns = { unit, hours, "
+            "diameter }"
+        )
+    elif data.columns.unit is None:
         yield "columns.unit: required of a fleet: which unit a row is of"
     if data.error.drift is not None:
         yield f"error.drift: of a fleet, use {POPULATION}.straying"

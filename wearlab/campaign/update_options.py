@@ -15,6 +15,7 @@ from wearlab.campaign.scenario import Scenario
 from wearlab.options import (
     POSITIVE,
     ClosedTable,
+    Count,
     Density,
     Depth,
     Mass,
@@ -28,6 +29,8 @@ SECTION = "update"
 THICKNESS = "tooth_thickness"
 WHEN = ("cycle", "hours", "mesh_cycles", "date")
 WHERE = ("diameter", "roll_angle", "path_position")
+DESCRIPTION = ("side", "teeth", "x", "y", "zero", "direction", "continuation")
+"""Options that describe a measured flank, as ``wear.initial`` has them."""
 OIL_AGES = ("oil_hours", "oil_changed")
 PREVIOUS = "previous"
 ALL_MEMBERS = "all"
@@ -194,7 +197,7 @@ class TableFile(ClosedTable):
         return [
             (name, value)
             for name, value in super().__repr_args__()
-            if name not in ("sheet", "decimal") or value is not None
+            if value is not None or name not in ("sheet", "decimal", "at", *DESCRIPTION)
         ]
 
 
@@ -240,6 +243,23 @@ class DataBlock(TableFile):
     oil: OilFill | None = None
     """values are iron in the oil: worn_mass since its last change [values are of the
     quantity itself]"""
+    at: Annotated[float, Ge(0.0)] | str | date_ | None = None
+    """of a flank that was measured once, its file described as in wear.initial: cycles,
+    hours ("5000 h") or a date [columns say when]"""
+    side: Literal["left", "right"] | None = None
+    """of a measuring machine's file (.mka): which side of the teeth [required there]"""
+    teeth: Literal["mean"] | Count | None = None
+    """of a measuring machine's file: the number of one tooth [the mean of all]"""
+    x: Literal["diameter", "roll_angle", "roll_length", "path_position"] | None = None
+    """with at: column that says where on the flank [the one the file has]"""
+    y: Literal["depth", "deviation"] | None = None
+    """with at: column that says how much [the one the file has]"""
+    zero: Literal["as-measured", "max", "pitch", "tip", "root", "line"] | None = None
+    """with at: what counts as unworn [the values as they are]"""
+    direction: Literal["normal", "tooth-thickness"] | None = None
+    """with at: along the flank normal, or across the tooth [along the normal]"""
+    continuation: Literal["refuse", "hold", "slope", "zero"] | None = None
+    """with at: beyond what was measured, as of wear.initial [refused]"""
 
     @field_validator("quantity")
     @classmethod
@@ -261,6 +281,29 @@ class DataBlock(TableFile):
         if isinstance(since, str) and since != PREVIOUS:
             raise ValueError(f"{not_a_choice(since, (PREVIOUS,))}, or a cycle")
         return since
+
+    @model_validator(mode="after")
+    def _one_flank(self) -> "DataBlock":
+        """Refuse a measured flank without its time, or of another quantity."""
+        stated = [key for key in DESCRIPTION if getattr(self, key) is not None]
+        if self.at is None and (stated or self.file.suffix.lower() == ".mka"):
+            about = f"{stated[0]} belongs to" if stated else "the file is"
+            raise ValueError(
+                f"{about} a flank that was measured once: say when, such as at = "
+                "'5000 h'"
+            )
+        if self.at is None:
+            return self
+        if self.quantity != "wear_depth" or self.flank is None:
+            raise ValueError(
+                "at is of a measured flank: quantity = 'wear_depth', and flank = "
+                "'pinion' or another"
+            )
+        if self.columns != Columns():
+            raise ValueError(
+                "at says when all of the file was measured: leave out columns, or at"
+            )
+        return self
 
     @model_validator(mode="after")
     def _one_gear(self) -> "DataBlock":
@@ -296,7 +339,7 @@ class DataBlock(TableFile):
 
         names_place = any(getattr(self.columns, name) is not None for name in WHERE)
         has_place = self.quantity in ("wear_depth", THICKNESS)
-        if names_place != has_place:
+        if names_place != has_place and self.at is None:
             problem = "has no place for" if names_place else "needs one of"
             raise CampaignError(
                 f"{where}.quantity: {self.quantity} {problem} the columns "

@@ -28,7 +28,7 @@ from wearlab.scene.problems import not_a_choice
 from wearlab.store import Store
 from wearlab.store.outcome import last_line, place
 from wearlab.units import is_quantity, split
-from wearlab.updating import measurements, run_curves, unit_clock
+from wearlab.updating import measured_flanks, measurements, run_curves, unit_clock
 from wearlab.updating.calendar import Calendar
 from wearlab.updating.measurements import Observed, OperatingRecord, UpdateError
 from wearlab.updating.today import with_today
@@ -164,11 +164,13 @@ def studies(campaign: Campaign, today: date | None = None) -> tuple[Subject, ...
     if spec.fleet is not None:
         units = _units(campaign.cases[0].scene, spec, spec.fleet)
         return with_today(units, today or spec.today)
-    (observations, record, calendar) = _measured(spec, None, spec.calendar)
+    (observations, record, calendar) = _measured(
+        spec, None, spec.calendar, campaign.cases[0].scene
+    )
     subjects = []
     for case in campaign.cases:
         case_observations = tuple(
-            observed
+            measured_flanks.of_scene(observed, case.scene)
             for observed in observations
             if not observed.data.cases or case.label in observed.data.cases
         )
@@ -305,7 +307,7 @@ def _units(scene: Scene, spec: UpdateSpec, fleet: Fleet) -> tuple[Subject, ...]:
         changed = scene.replace(dict(unit.scene)) if unit.scene else scene
         limit = _limit(changed, spec, f"unit {name!r}: ")
         days = unit.calendar or spec.calendar
-        measured = _measured(spec, name, days, common=unit.calendar is None)
+        measured = _measured(spec, name, days, changed, common=unit.calendar is None)
         refuse_too_deep(changed, measured[0], limit)
         refuse_reversed(changed, measured[0], limit, measured[1])
         subjects.append(Subject(name, changed, spec, limit, *measured))
@@ -321,7 +323,12 @@ def _refuse_unknown_units(spec: UpdateSpec, names: Sequence[str]) -> None:
 
 
 def _measured(
-    spec: UpdateSpec, unit: str | None, days: Days | None, *, common: bool = False
+    spec: UpdateSpec,
+    unit: str | None,
+    days: Days | None,
+    scene: Scene,
+    *,
+    common: bool = False,
 ) -> Measurements:
     """Return the observations, the record and the calendar of a case or a unit.
 
@@ -329,7 +336,10 @@ def _measured(
     """
     clock = unit_clock.clock_of(spec, unit, days, common=common)
     observations = tuple(
-        measurements.read_observations(data, clock.of_dates, unit) for data in spec.data
+        measurements.read_observations(data, clock.of_dates, unit)
+        if data.at is None
+        else measured_flanks.read_flank(data, scene, clock.of_dates)
+        for data in spec.data
     )
     return observations, clock.record, clock.calendar
 

@@ -99,6 +99,11 @@ def twin_files(
     blocks, life = made_twin(draw, prior, np.random.default_rng(seed))
     texts: dict[Path, str] = {}
     for block in blocks:
+        if block.observed.data.at is not None:
+            raise UpdateError(
+                f"{block.observed.data.place}.at: measured flanks are not made up: "
+                "give a table with columns"
+            )
         file = Path(block.data.file)
         text = texts.get(file) or file.read_text(encoding="utf-8")
         texts[file] = _with_values(text, block.observed)

@@ -136,6 +136,8 @@ def days_of_rows(data: Data, unit: str | None) -> list[KnownDay]:
     ------
     UpdateError : a date cannot be read, or dates fall as hours rise
     """
+    if data.at is not None:
+        return []
     columns, *_ = columns_of(data, unit)
     if "date" not in columns.names or not len(columns):
         return []

@@ -1,0 +1,148 @@
+"""A flank that was measured once, by a machine's file or a table, as wear that is."""
+
+import measured_gear as gear
+import numpy as np
+import pytest
+from conftest import STATIC, WEIGHINGS
+from scenes import external_pair
+
+import wearlab as wl
+from wearlab.campaign.blocks import CampaignError
+from wearlab.campaign.update import read_update
+from wearlab.updating import UpdateError, measured_flanks, update
+from wearlab.updating.calendar import DAYS_A_YEAR, Calendar
+from wearlab.updating.flank_depths import MAX_POINTS
+
+UNKNOWN = {"wear.coefficient.factor": {"lognormal": {"median": 1.0, "cov": 1.0}}}
+SCENE = {
+    "gears": external_pair(24, 36, face_width="30 mm"),
+    "operation": {"torque": "150 N*m", "speed": "900 rpm"},
+    "mesh": {},
+}
+PITCH_ROLL = 0.5 * gear.MODULE * gear.TEETH * np.sin(np.radians(20.0))
+
+
+@pytest.fixture
+def file(tmp_path):
+    path = tmp_path / "pinion.mka"
+    path.write_text(gear.mka(), encoding="utf-8-sig")
+    return path
+
+
+def block(file, **more):
+    data = {
+        "file": str(file),
+        "quantity": "wear_depth",
+        "flank": "pinion",
+        "at": "5000 h",
+        "side": "right",
+        "continuation": "hold",
+        "error": {"sd": "1 um"},
+    } | more
+    present = {key: value for key, value in data.items() if value is not None}
+    return read_update({"unknown": UNKNOWN, "data": [present]}).data[0]
+
+
+def seen(file, calendar=None, scene=SCENE, **more):
+    scene = wl.Scene.from_mapping(scene)
+    return measured_flanks.read_flank(block(file, **more), scene, calendar)
+
+
+def test_a_machine_s_curve_is_wear_along_the_path(file):
+    """By the formula that the file was made of, and by the involute."""
+    found = seen(file)
+    roll = 1e3 * found.place + PITCH_ROLL
+    expected = [-gear.deviation(length) for length in roll]
+    assert 1e6 * found.value == pytest.approx(expected, abs=0.01)
+    assert found.value.max() > 5e-6 and len(found) == MAX_POINTS
+    assert (found.clock, *set(found.time)) == ("hours", 5000 * 3600.0)
+    assert found.data.place == "update.data[0]"
+
+
+def test_one_tooth_stands_above_the_mean_and_a_zero_takes_it_out(file):
+    mean = seen(file)
+    ninth = seen(file, teeth=9)
+    assert 1e6 * (ninth.value - mean.value) == pytest.approx(1.5, abs=0.01)
+    zeroed = seen(file, teeth=9, zero="max")
+    assert 1e6 * zeroed.value == pytest.approx(1e6 * mean.value, abs=0.01)
+
+
+def test_it_was_then(file):
+    by_cycles = seen(file, at=2e6)
+    assert (by_cycles.clock, by_cycles.time[0]) == ("cycle", 2e6)
+    calendar = Calendar(np.array([20_000.0]), np.array([0.0]), 3652.5)
+    day = np.datetime64("1970-01-01") + np.timedelta64(20_100, "D")
+    for written in (str(day), day.astype(object)):
+        by_date = seen(file, calendar, at=written)
+        hours = 100.0 * 3652.5 / DAYS_A_YEAR
+        assert by_date.time[0] == pytest.approx(hours * 3600.0, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("more", "said"),
+    [
+        ({"side": None}, "say which side: side = 'left' or side = 'right'"),
+        ({"continuation": None}, "or say how it goes on: continuation = 'hold'"),
+        ({"at": "soon"}, "'soon' is no time: write cycles"),
+        ({"at": "2026-02-28"}, "a date needs update.calendar"),
+        ({"flank": "sun"}, "'sun' is not one of pinion, gear"),
+        ({"teeth": 5}, "teeth with one: 1, 9, 17"),
+    ],
+)
+def test_what_cannot_be_is_refused_with_its_place(file, more, said):
+    with pytest.raises(UpdateError, match=rf"update\.data\[0\].*{said}"):
+        seen(file, **more)
+
+
+@pytest.mark.parametrize(
+    ("more", "said"),
+    [
+        ({"at": None}, "a flank that was measured once: say when, such as at"),
+        ({"at": None, "side": None, "continuation": None}, "the file is a flank"),
+        ({"quantity": "max_wear_depth"}, "at is of a measured flank"),
+        ({"columns": {"cycle": "cycles"}}, "leave out columns, or at"),
+    ],
+)
+def test_what_does_not_go_together_is_refused(file, more, said):
+    with pytest.raises(CampaignError, match=said):
+        block(file, **more)
+
+
+HEAD = STATIC[: STATIC.index("[[update.data]]")]
+DATA = """
+[[update.data]]
+file     = "{file}"
+quantity = "wear_depth"
+flank    = "pinion"
+error    = {{ sd = "0.5 um" }}
+"""
+
+
+def factor(folder, name, more, store):
+    (folder / name).write_text(HEAD + more)
+    tree = update(wl.load(folder / name), store, progress=False)
+    return tree["predictions"]["life_quantile"].values
+
+
+def test_an_update_is_that_of_the_same_points_in_a_table(tmp_path, store):
+    (tmp_path / "weighings.csv").write_text(WEIGHINGS)
+    (tmp_path / "scene.toml").write_text(STATIC)
+    scene = wl.load(tmp_path / "scene.toml").cases[0].scene
+    run = wl.simulate(scene).sel(flank="pinion").isel(update=2)
+    cycle = float(run["cycle"])
+    place, first = np.unique(run["path_position"].values, return_index=True)
+    some = np.round(np.linspace(0, len(place) - 1, 25)).astype(int)
+    place, depth = place[some], run["wear_depth"].values[first][some]
+
+    pairs = list(zip(place.tolist(), depth.tolist(), strict=True))
+    flank = "".join(f"{s!r},{h!r}\n" for s, h in pairs)
+    rows = "".join(f"{cycle!r},{s!r},{h!r}\n" for s, h in pairs)
+    (tmp_path / "flank.csv").write_text(f"path_position [m],depth [m]\n{flank}")
+    (tmp_path / "table.csv").write_text(f"cycle,path_position [m],h [m]\n{rows}")
+
+    once = DATA.format(file="flank.csv") + f"at = {cycle!r}\n"
+    columns = 'columns = { cycle = "cycle", path_position = "path_position", '
+    table = DATA.format(file="table.csv") + columns + 'value = "h" }\n'
+    by_flank = factor(tmp_path, "once.toml", once, store)
+    by_table = factor(tmp_path, "table.toml", table, store)
+    np.testing.assert_allclose(by_flank, by_table, rtol=1e-6)
