@@ -2,6 +2,8 @@
 axes of campaigns.
 """
 
+import json
+
 import pytest
 from made_up import put, run
 
@@ -56,3 +58,60 @@ def test_what_has_no_value_says_what_has(store, condition, message):
     with pytest.raises(QueryError, match=message) as found:
         store.query(condition)
     assert "abscissa.0" not in str(found.value)
+
+
+def aligned(value):
+    return json.dumps({"mesh": {"misalignment": {"value": value}}})
+
+
+@pytest.fixture(scope="module")
+def opened(tmp_path_factory) -> Store:
+    """Flanks that open by 20 µm, by 5 µm, and aligned ones."""
+    store = Store(tmp_path_factory.mktemp("opened") / "store")
+    store.archive.create()
+    for letter, scene in zip(
+        "abc", (aligned([2e-5]), aligned([5e-6]), "{}"), strict=True
+    ):
+        put(store, letter * 20, run(800.0), scene)
+    return store
+
+
+@pytest.mark.parametrize("name", ["misalignment", "mesh.misalignment"])
+def test_a_table_of_one_value_is_called_as_files_write_it(opened, name):
+    assert list(opened.query(f"{name} > 10 um")["id"]) == ["a" * 20]
+    assert list(opened.query(f"{name} is missing")["id"]) == ["c" * 20]
+    found = opened.query(f"{name} > 1 um", sort=name)
+    assert list(found["id"]) == ["b" * 20, "a" * 20]
+
+
+def test_a_table_of_several_values_asks_which(tmp_path):
+    store = Store(tmp_path / "store")
+    store.archive.create()
+    put(store, "a" * 20, run(800.0), aligned([1e-5, 2e-5]))
+    with pytest.raises(QueryError, match=r"several values: .*\.0' or '.*value\.1'"):
+        store.query("misalignment > 1 um")
+    remedy = store.query("misalignment.value.1 > 15 um")
+    assert list(remedy["id"]) == ["a" * 20]
+
+
+@pytest.mark.parametrize(
+    "condition",
+    [
+        "misalignment > 1 um",
+        "mesh.misalignment > 1 um",
+        "face_points > 11",
+        "normal_backlash > 1 um",
+        "tolerance < 1e-3",
+    ],
+)
+def test_last_words_of_keys_that_no_run_has_may_be_asked_for(store, condition):
+    assert len(store.query(condition)["id"]) == 0
+    name = condition.split()[0]
+    assert len(store.query(f"{name} is missing")["id"]) == 2
+
+
+def test_last_words_of_several_keys_that_no_run_has_ask_which(store):
+    message = r"may mean '.*gears\.pinion\.lead_crowning'.*: write more of it"
+    with pytest.raises(QueryError, match=message):
+        store.query("lead_crowning > 1 um")
+    assert len(store.query("gears.pinion.lead_crowning > 1 um")["id"]) == 0

@@ -7,7 +7,7 @@ import json
 import re
 from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
 from difflib import get_close_matches
-from typing import Any, NamedTuple, get_args
+from typing import Any, NamedTuple, get_args, get_origin
 
 from wearlab import units
 
@@ -27,6 +27,8 @@ FUNCTIONS = (
 REDUCED_DIMS = frozenset({"update", "flank", "mesh", "member"})
 """Of results with these dimensions a catalogue keeps the largest value."""
 SHOWN = 12
+ONLY_VALUE, SECOND_VALUE = ".value.0", ".value.1"
+"""Of a table that a single value may stand for, such as ``mesh.misalignment``."""
 
 
 class QueryError(ValueError):
@@ -146,6 +148,9 @@ class Vocabulary:
         if wanted in self.keys:
             return self.keys[wanted]
         candidates = self.ends.get(wanted, [])
+        if not candidates:
+            self._require_one_value(wanted, at, text)
+            candidates = self._places(wanted + ONLY_VALUE)
         if len(candidates) == 1:
             return self.keys[candidates[0]]
         if candidates:
@@ -165,6 +170,17 @@ class Vocabulary:
             else "nothing here is called so"
         )
         raise QueryError(f"unknown name {name!r}; {remedy}", text, at)
+
+    def _places(self, words: str) -> list[str]:
+        """Return the keys that are called so, or end so."""
+        return [words] if words in self.keys else self.ends.get(words, [])
+
+    def _require_one_value(self, table: str, at: int, text: str) -> None:
+        """Refuse a table for which no single value stands."""
+        if self._places(table + SECOND_VALUE):
+            values = listed([table + ONLY_VALUE, table + SECOND_VALUE], "or")
+            reason = f"{table!r} has several values: ask for {values}"
+            raise QueryError(reason, text, at)
 
     def _inside(self, table: str) -> list[str]:
         """Return the keys within a table, without the numbered values of lists."""
@@ -290,12 +306,36 @@ def declared_scene_key(name: str) -> Key | str | None:
     if field is None:
         return None
     if parts_at(path):
+        value = field_at((*path, "value"))
+        if value is not None and _is_list(value.annotation):
+            return scene_key(name + ONLY_VALUE, text=False)
         return "is a table: ask for one of its keys"
     if field.exclude:
         return "stands in campaign files only, runs keep what it leads to"
     return scene_key(
         name, text=quantity_at(name) is None and _is_text(field.annotation)
     )
+
+
+def _is_list(annotation: Any) -> bool:
+    """Say whether a value may be a list."""
+    is_tuple = get_origin(annotation) is tuple
+    return is_tuple or any(map(_is_list, get_args(annotation)))
+
+
+def declared_scene_end(name: str) -> Key | str | None:
+    """Return what `declared_scene_key` does, for the last words of a name.
+
+    Parameters
+    ----------
+    name : dotted
+    """
+    from wearlab.scene.sections import places_ending
+
+    places = [".".join(place) for place in places_ending(tuple(name.split(".")))]
+    if len(places) > 1:
+        return f"may mean {listed(places, 'or')}: write more of it"
+    return declared_scene_key(places[0]) if places else None
 
 
 def _is_text(annotation: Any) -> bool:

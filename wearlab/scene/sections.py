@@ -325,7 +325,30 @@ def nearest_place(key: str) -> Path | None:
     return None
 
 
+@cache
+def places_ending(words: Path) -> tuple[Path, ...]:
+    """Return the paths of a scene that end in some words, nearest to the root.
+
+    Parameters
+    ----------
+    words : last ones of a path
+    """
+    level: list[Path] = [()]
+    while level:
+        below = [
+            (*path, name)
+            for path in level
+            for part in parts_at(path)
+            for name in part.model_fields
+        ]
+        found = [path for path in below if path[-len(words) :] == words]
+        if found:
+            return tuple(dict.fromkeys(found))
+        level = list(dict.fromkeys(path for path in below if parts_at(path)))
+    return ()
+
+
 def forget() -> None:
     """Forget which parts there are: plug-ins have brought others."""
-    for cached in (parts_at, field_at, chooser_at, nearest_place):
+    for cached in (parts_at, field_at, chooser_at, nearest_place, places_ending):
         cached.cache_clear()

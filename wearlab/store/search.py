@@ -176,7 +176,7 @@ class CatalogueSearch:
         if not self.catalogue.read(
             "SELECT 1 FROM members WHERE position LIKE ? LIMIT 1", [mark]
         ):
-            return None
+            return keys.declared_scene_end(name)
         self.axes.add(name)
         return Key(name, "text")
 
