@@ -13,6 +13,7 @@ from wearlab.cli import app, output
 from wearlab.runner import plan as planner
 from wearlab.runner.plan import Amount, differing, least_bytes, parts_of, plan
 from wearlab.runner.worker import Task, execute
+from wearlab.scene import MODEL_VERSION
 from wearlab.store import Store
 
 
@@ -95,6 +96,23 @@ def test_time_and_size_come_from_runs_with_the_same_parts(store):
     assert other.seconds == Amount(3.0, 2.0, 4.0) and other.workers == 1
     again = plan(alter(sweep(3), 2, act="fail"), store, retry=True)
     assert again.seconds == Amount(3.0, 2.0, 4.0)
+
+
+def test_time_comes_from_runs_by_this_version_where_there_are_any(store, tmp_path):
+    """A store of slow runs by version 5 foretold 9.3 minutes for 2."""
+    mixed = Store(tmp_path / "mixed")
+    mixed.archive.create()
+    versions = (5, 5, MODEL_VERSION, MODEL_VERSION)
+    seconds = (100.0, 120.0, 2.0, 4.0)
+    with mixed.archive.presence() as presence:
+        for case, version, time in zip(sweep(4).cases, versions, seconds, strict=True):
+            outcome = execute(Task(case.id, case.scene), fake_campaign.SIMULATE)
+            summary = {**outcome.summary, "model_version": str(version)}
+            made = replace(outcome, seconds=time, summary=summary)
+            mixed.archive.save([made], presence.token)
+    found = plan(sweep(5), mixed)
+    assert found.seconds == Amount(3.0, 2.0, 4.0)
+    assert found.basis == "2 recorded runs with the same parts"
 
 
 def test_scenes_are_alike_when_numbers_alone_differ():

@@ -437,16 +437,23 @@ def _estimate(store: Store, scenes: Sequence[Any]) -> Estimate:
 
 
 def _recorded_costs(store: Store) -> dict[tuple[Any, ...], list[Cost]]:
-    """Return what the latest runs cost, by the parts of their scenes."""
+    """Return what the latest runs cost, by the parts of their scenes.
+
+    Runs by this version of the model count alone where there are any with the same
+    parts: another one took another time.
+    """
     rows = store.archive.catalogue.read(
         "SELECT id FROM runs WHERE state = 'done' ORDER BY number DESC LIMIT ?",
         [LATEST_RUNS],
     )
-    costs: dict[tuple[Any, ...], list[Cost]] = {}
+    present: dict[tuple[Any, ...], list[Cost]] = {}
+    others: dict[tuple[Any, ...], list[Cost]] = {}
     for entry in store.archive.entries(run_id for (run_id,) in rows).values():
+        is_present = former.is_present(entry.summary.get("model_version"))
+        costs = present if is_present else others
         cost = (entry.seconds or 0.0, entry.size or 0.0)
         costs.setdefault(parts_of(entry.scene or "{}"), []).append(cost)
-    return costs
+    return others | present
 
 
 def _total(groups: Iterable[tuple[list[float], int]]) -> Amount:

@@ -72,12 +72,17 @@ def older_versions(
     return {
         run_id: f"of model version {version}: run again"
         for run_id, version in versions.items()
-        if version is not None and not _is_present(version)
+        if version is not None and not is_present(version)
     }
 
 
-def _is_present(version: Any) -> bool:
-    """Say whether a version of the model is that of this wearlab."""
+def is_present(version: Any) -> bool:
+    """Say whether a version of the model is that of this wearlab.
+
+    Parameters
+    ----------
+    version : as a run tells it, None: it does not
+    """
     from wearlab.scene.identity import MODEL_VERSION  # managing runs needs no scenes
 
     return str(version) == str(MODEL_VERSION)
