@@ -22,9 +22,10 @@ from units import (
 )
 
 import wearlab
+from wearlab.updating import UpdateError
 from wearlab.updating import population as room
 from wearlab.updating.grids import equal_draws
-from wearlab.updating.population import factors, fit_population
+from wearlab.updating.population import Parameter, factors, fit_population
 from wearlab.updating.run_curves import Clock, ObservationPoints, RunCurve
 from wearlab.updating.unit_states import (
     DRAWS,
@@ -384,3 +385,100 @@ def test_what_a_hundred_units_cost(monkeypatch):
     assert (
         len(work) == 4
     )  # twice to find the top, its table, the states: for all inspections at once
+
+
+def two_sheets(faster=1.0, wrong_mass=1.0):
+    """Fourteen units whose depths and masses were measured three times.
+
+    With their factors; a record says that wear has gone ``faster`` before the last time
+    than it did, of masses by a clock of their own; one unit's masses are wrong.
+    """
+    rng = np.random.default_rng(14)
+    change = np.array([0.0, 0.4e9, 1.2e9])
+    clock = Clock(change, change + (faster - 1.0) * np.array([0.0, 0.0, 0.8e9]))
+    more = np.array([0.0, 0.0, 0.85e9])
+    clock_of_mass = Clock(change, change + (faster - 1.0) * more)
+    states = np.linspace(0.0, 1.2e9, 60)
+    depth = RunCurve(states, 5e-14 * states[:, None], np.full((60, 1), 5e-14))
+    share = states[:, None] / 1.2e9
+    mass = RunCurve(
+        states, 1e-3 * share**0.9, 1e-3 * 0.9 * np.maximum(share, 1e-3) ** -0.1 / 1.2e9
+    )
+    members = []
+    log_factor = 0.25 * rng.standard_normal(14)
+    for k, factor in enumerate(np.exp(log_factor)):
+        cycle = 1e9 * np.array([0.2, 0.4, 0.55]) * rng.uniform(0.9, 1.1)
+        depths = depth.at(factor * cycle) + 2e-6 * rng.standard_normal(3)
+        masses = mass.at(factor * cycle) + 1e-5 * rng.standard_normal(3)
+        if k == 3:
+            masses *= wrong_mass
+        one = unit(f"G{k + 1:02d}", cycle, depths)
+        seen = (
+            observed(cycle, depths, ErrorModel(2e-6)),
+            observed(cycle, masses, ErrorModel(1e-5), quantity="worn_mass"),
+        )
+        column = np.zeros(3, np.intp)
+        points = (
+            ObservationPoints(depth, column, cycle),
+            ObservationPoints(mass, column, cycle, clock_of_mass),
+        )
+        run = replace(
+            one.run,
+            end=1.2e9,
+            clock=clock,
+            points=points,
+            limit=depth,
+            level=6e-5,
+            limit_cycle=1.2e9,
+        )
+        members.append(replace(one, run=run, blocks=blocks(seen)))
+    return members, log_factor
+
+
+def law_of_two_sheets():
+    asked = law("power", "straying", reference=5e8)
+    parameters = asked.parameters[:-1]
+    median = Parameter("median", lognormal(1.0, 3.0))
+    return asked._replace(parameters=(*parameters, median), sd=(2e-6, 1e-5))
+
+
+@pytest.mark.parametrize("faster", [1.0, 1.2, 1.4])
+def test_a_load_that_contradicts_two_sheets_leaves_the_factors_right(faster):
+    """A spline of a steep likelihood overshot by more than what stands at its top."""
+    members, log_factor = two_sheets(faster)
+    found = fit_population(members, law_of_two_sheets(), 0)
+    assert found.resolved
+    _, drawn = joint_draws(found, 400, np.random.default_rng(0))
+    low, middle, high = np.quantile(drawn, (0.05, 0.5, 0.95), axis=1)
+    assert np.sum((low < log_factor) & (log_factor < high)) >= 11
+    assert np.abs(middle - log_factor).mean() < 0.15
+
+
+@pytest.mark.parametrize("wrong", [7.0, 12.0])
+def test_a_unit_that_contradicts_itself_is_refused(wrong):
+    """It made the wear of all stray by 50 times itself; without its masses there is an
+    answer.
+    """
+    members, log_factor = two_sheets(wrong_mass=wrong)
+    known = law("straying", reference=5e8)._replace(sd=(2e-6, 1e-5))
+    with pytest.raises(UpdateError, match=r"update\.population: .* contradicts itself"):
+        fit_population(members, known, 0)
+    depths, masses = members[3].blocks
+    without = replace(
+        members[3], blocks=(depths, replace(masses, rows=masses.rows[:0]))
+    )
+    found = fit_population([*members[:3], without, *members[4:]], known, 0)
+    _, drawn = joint_draws(found, 400, np.random.default_rng(0))
+    assert np.abs(np.median(drawn, axis=1) - log_factor).max() < 0.3
+
+
+@pytest.mark.parametrize("wrong", [1.5, 6.0])
+def test_all_units_that_contradict_themselves_are_refused(wrong):
+    """Their wear would have had to stray back to almost new."""
+    members, _ = two_sheets(1.2)
+    for k, one in enumerate(members):
+        depths, masses = one.blocks
+        seen = replace(masses.observed, value=wrong * masses.observed.value)
+        members[k] = replace(one, blocks=(depths, replace(masses, observed=seen)))
+    with pytest.raises(UpdateError, match=r"update\.population: .*one of several"):
+        fit_population(members, law_of_two_sheets(), 0)

@@ -39,6 +39,7 @@ MIN_BIN_SIZE = (
 )
 NODES = 12  # of a bin: exact for a cubic squared times a variance that goes with it
 SMOOTH = 0.1  # relative change of the model in a bin up to which its variance is smooth
+SURELY = 3.0  # standard deviations that a value is hardly off
 MATTERS = 0.1  # numerical over measuring error from which it counts
 
 
@@ -57,6 +58,22 @@ class Spread(NamedTuple):
     known: float
     prior: Distribution | None = None
     scale: float = 1.0
+
+
+def largest_values(block: "Block") -> Array:
+    """Return what values may be at most by their errors, (rows,) [SI].
+
+    Parameters
+    ----------
+    block : observations
+    """
+    observed = block.observed
+    value = np.where(observed.censored, observed.below, observed.value)[block.rows]
+    relative = block.relative * value
+    offset = block.data.error.offset_sd
+    variance = block.sd.known**2 + observed.sd[block.rows] ** 2
+    variance = variance + relative**2 + offset**2
+    return np.asarray(value + SURELY * np.sqrt(variance))
 
 
 def log_density(prior: Distribution, log_value: Array, scale: float = 1.0) -> Array:

@@ -40,9 +40,16 @@ from wearlab.updating.run_curves import ObservationPoints, RunCurve, RunHistory
 
 POWER, STRAYING, SPREAD, MEDIAN = "power", "straying", "spread", "median"
 NODES = 65  # of a unit's grid
-FINER = 2  # times as fine as that grid it is integrated
 DEPTH = 60.0  # of a unit's log likelihood below its top that counts
+FLOOR = 1e3  # of it below its top, down to which it is interpolated
 REACH = 6.0  # standard deviations of the population that a unit's grid goes to
+SMALLEST_SHARE = 0.1  # of its mean course that a unit is worn
+STRAYED = 0.7  # of ln f below where it is so small: no course explains the unit
+MAX_STRAYING = 5.0  # times itself, that the wear of units may stray by
+REMEDY = (
+    "look at the units and hours of its values and at update.record, leave out what is "
+    "wrong (one of several sheets), or give a larger error.sd"
+)
 RADIUS = 4.5  # of the lattice, in standard deviations
 SPACING = {1: 0.1, 2: 0.25, 3: 0.5, 4: 0.8, 5: 1.0}  # of the lattice, by its dimensions
 # points between the lattice's; times as wide as the fitted law they lie
@@ -130,6 +137,49 @@ class FleetMember:
         return sorted(
             numbers, key=lambda n: (not len(self.blocks[n].observed), curves[n])
         )
+
+    @cached_property
+    def strayed(self) -> tuple[Array, Array]:
+        """Where each measurement would be but a small share of the mean course.
+
+        They are the cycles of the measurements, and those of the run in which so much
+        would be worn, (n,) each.
+        """
+        run = self.run
+        cycles = [np.zeros(0)]
+        run_cycles = [np.zeros(0)]
+        for number in self.whole:
+            block = self.blocks[number]
+            points = run.points[number]
+            value = points.curve.value[:, 0]
+            if not len(block.rows) or value[-1] <= value[0]:
+                continue
+            worn = np.maximum(likelihood.largest_values(block) - value[0], 0.0)
+            far = points.curve.first_above(value[0] + worn / SMALLEST_SHARE)
+            cycle = run.equal(points.cycle[block.rows], points.clock)
+            has_run = cycle > 0.0
+            cycles.append(cycle[has_run])
+            run_cycles.append(far[has_run] - run.start)
+        return np.concatenate(cycles), np.concatenate(run_cycles)
+
+    def largest_log_factor(self, shared: "Shared") -> float:
+        """Return the ln f up to which a unit is compared, infinite without values.
+
+        Beyond, each of its values would be but a small share of its mean course: it
+        would have strayed back to almost new. A normal law does, a gear does not; and
+        in nothing else do two sheets that contradict each other agree.
+
+        Parameters
+        ----------
+        shared : what units share
+        """
+        cycle, run_cycle = self.strayed
+        if not len(cycle):
+            return np.inf
+        ratio = cycle / shared.reference
+        equal = shared.reference * np.min(ratio**shared.power, axis=0)
+        largest = float(np.max(run_cycle * self.run.factor / equal))
+        return float(np.log(largest)) if largest > 0.0 else np.inf
 
     def inspected(self, cycles: Array) -> Index:
         """Return how many inspections there had been by cycles, (cycles,).
@@ -418,12 +468,11 @@ def _likelihood_on_grid(
     centre, width = _top_of_unit(unit, shared, ends)
     first, last = np.arcsinh((ends - centre) / width).tolist()
     coarse = np.linspace(first, last, NODES)
-    fine = np.linspace(first, last, FINER * (NODES - 1) + 1)
+    fine = np.linspace(first, last, 2 * NODES - 1)
 
     nodes = (centre + width * np.sinh(coarse))[None]
     logs = _log_likelihood_at(unit, shared, nodes, cycles)
-    lowest = logs.max(axis=-1, keepdims=True) - 1e5
-    logs = CubicSpline(coarse, np.maximum(logs, lowest), axis=-1)(fine)
+    logs = _with_middles(coarse, logs)
 
     counted = logs > logs.max(axis=-1, keepdims=True) - DEPTH
     deep = counted.reshape(-1, len(fine)).any(axis=0)
@@ -431,6 +480,28 @@ def _likelihood_on_grid(
     spacing = width * np.cosh(fine) * step * grids.even_weights(len(fine))
     log_factor = centre + width * np.sinh(fine)
     return log_factor[deep], (logs + np.log(spacing))[..., deep]
+
+
+def _with_middles(nodes: Array, logs: Array) -> Array:
+    """Return logs of a likelihood at even nodes and between them, (…, 2n − 1).
+
+    A spline of them overshoots where the log falls steeply, by more than what stands
+    at the top: between two nodes that do not count, it is the larger of theirs.
+
+    Parameters
+    ----------
+    nodes : (n,)
+    logs : (…, n)
+    """
+    top = logs.max(axis=-1, keepdims=True)
+    spline = CubicSpline(nodes, np.maximum(logs, top - FLOOR), axis=-1)
+    middles = spline(0.5 * (nodes[1:] + nodes[:-1]))
+    larger = np.maximum(logs[..., 1:], logs[..., :-1])
+
+    result = np.empty((*logs.shape[:-1], 2 * len(nodes) - 1))
+    result[..., ::2] = logs
+    result[..., 1::2] = np.where(larger > top - DEPTH, middles, larger)
+    return result
 
 
 def _log_likelihood_at(
@@ -501,11 +572,15 @@ def masses(
     """
     spread = np.exp(theta[:, -2])
     median = theta[:, -1]
-    ends = np.array([np.min(median - REACH * spread), np.max(median + REACH * spread)])
     # the likelihood knows the errors alone
     errors = np.round(theta[:, :-2], 10)
     _, first, lane = np.unique(errors, axis=0, return_index=True, return_inverse=True)
-    u, logs = _likelihood_on_grid(unit, law.shared(theta[first]), ends, cycles)
+    shared = law.shared(theta[first])
+    low = np.min(median - REACH * spread)
+    high = np.max(median + REACH * spread)
+    # a range is left though all points lie beyond what was measured
+    ends = np.array([low, max(min(high, unit.largest_log_factor(shared)), low + 1.0)])
+    u, logs = _likelihood_on_grid(unit, shared, ends, cycles)
 
     z = (u - median[:, None]) / spread[:, None]
     log_norm = np.log(spread * np.sqrt(2.0 * np.pi))[:, None]
@@ -611,9 +686,44 @@ def fit_population(units: Sequence[FleetMember], law: Law, seed: int) -> Populat
     units : with their runs and measurements
     law : what is unknown of them together
     seed : of the points that the lattice is fitted with
+
+    Raises
+    ------
+    UpdateError : the measurements contradict each other
     """
-    fit = _fitted_law(units, law, seed)
+    fit, share = _fitted_law(units, law, seed)
+    if share < 1.0:
+        raise _contradiction("the units")
     return _on_lattice(units, law, fit)
+
+
+def _contradiction(names: str) -> measurements.UpdateError:
+    """Return the message that what was measured of units cannot all be true."""
+    return measurements.UpdateError(
+        f"update.population: what was measured of {names} contradicts itself by far "
+        f"more than its errors, no course of wear explains it; {REMEDY}"
+    )
+
+
+def _refuse_strayed(fleet: Population, log_factors: Array) -> None:
+    """Refuse units whose wear strays by far more than itself, or back to almost new.
+
+    ``log_factors`` are the means of ln f of units at the lattice's points, (units, p).
+    """
+    weight = fleet.weight()
+    shared = fleet.law.shared(fleet.mean[None])
+    names = [
+        unit.name
+        for unit, mean in zip(fleet.units, log_factors @ weight, strict=True)
+        if mean > unit.largest_log_factor(shared) - STRAYED
+    ]
+    if len(names) > 3:
+        names[3:] = [f"{len(names) - 3} others"]
+    if names:
+        raise _contradiction(", ".join(names))
+    for parameter, mean in zip(fleet.law.parameters, weight @ fleet.theta, strict=True):
+        if parameter.name == STRAYING and mean > np.log(MAX_STRAYING):
+            raise _contradiction("the units")
 
 
 class NormalLaw(NamedTuple):
@@ -640,15 +750,25 @@ def _log_prior(law: Law, theta: Array) -> Array:
     return np.asarray(sum(logs))
 
 
-def _log_marginals(units: Sequence[FleetMember], law: Law, theta: Array) -> Array:
-    """Return ln Z of units at points, (units, p), 0 of one that was not measured."""
-    nothing = np.zeros(len(theta))
-    return np.stack(
-        [
-            masses(unit, law, theta).log_marginal if len(unit.cycles) else nothing
-            for unit in units
-        ]
-    )
+def _known_of_units(
+    units: Sequence[FleetMember], law: Law, theta: Array
+) -> tuple[Array, Array]:
+    """Return ln Z and the mean of ln f of units at points, (units, p) both.
+
+    ln Z is 0 of a unit that was not measured, the mean that of the population.
+    """
+    log_marginals = []
+    means = []
+    for unit in units:
+        log_marginal = np.zeros(len(theta))
+        mean = theta[:, -1]
+        if len(unit.cycles):
+            known = masses(unit, law, theta)
+            log_marginal = known.log_marginal
+            mean = known.mass @ known.log_factor / known.mass.sum(axis=1)
+        log_marginals.append(log_marginal)
+        means.append(mean)
+    return np.stack(log_marginals), np.stack(means)
 
 
 def _prior_law(law: Law) -> NormalLaw:
@@ -660,31 +780,35 @@ def _prior_law(law: Law) -> NormalLaw:
     return NormalLaw(mean, np.diag(0.5 * (high - low)))
 
 
-def _fitted_law(units: Sequence[FleetMember], law: Law, seed: int) -> NormalLaw:
-    """Return a normal law fitted to the posterior, by importance sampling in rounds.
+def _fitted_law(
+    units: Sequence[FleetMember], law: Law, seed: int
+) -> tuple[NormalLaw, float]:
+    """Return a normal law fitted to the posterior, and what share of the data it has.
+
+    It is fitted by importance sampling in rounds.
 
     So much of the likelihood counts as leaves points enough with weight, first of some
     of the units, then of all.
     """
     fit = _prior_law(law)
     d = len(fit.mean)
-    temper = 0.0
+    share = 0.0
     fitted_units = units[:: max(len(units) // FIRST_UNITS, 1)]
     for n in range(FIT_ROUNDS):
         random = qmc.Sobol(d, rng=seed + n).random(FIT_POINTS)
         z = ndtri(np.clip(random, 1e-6, 1.0 - 1e-6))
         theta = fit.at(z)
-        log_seen = _log_marginals(fitted_units, law, theta).sum(axis=0)
+        log_seen = _known_of_units(fitted_units, law, theta)[0].sum(axis=0)
         log_before = _log_prior(law, theta) + 0.5 * np.sum(z * z, axis=1)
 
-        temper = _largest_share(temper, log_before, log_seen)
-        fit = _normal_law(theta, log_before + temper * log_seen)
-        if temper == 1.0 and len(fitted_units) < len(units):
-            temper = len(fitted_units) / len(units)
+        share = _largest_share(share, log_before, log_seen)
+        fit = _normal_law(theta, log_before + share * log_seen)
+        if share == 1.0 and len(fitted_units) < len(units):
+            share = len(fitted_units) / len(units)
             fitted_units = units
-        elif temper == 1.0 and _surplus(1.0, log_before, log_seen) > EFFECTIVE_POINTS:
+        elif share == 1.0 and _surplus(1.0, log_before, log_seen) > EFFECTIVE_POINTS:
             break
-    return fit
+    return fit, share
 
 
 def _largest_share(temper: float, log_before: Array, log_seen: Array) -> float:
@@ -712,7 +836,7 @@ def _on_lattice(units: Sequence[FleetMember], law: Law, fit: NormalLaw) -> Popul
     for _ in range(LATTICE_ROUNDS):
         theta = fit.at(z)
         cell = float(np.linalg.slogdet(fit.root)[1]) + d * np.log(SPACING[d])
-        log_marginal = _log_marginals(units, law, theta)
+        log_marginal, log_factors = _known_of_units(units, law, theta)
         population = Population(
             law=law,
             units=tuple(units),
@@ -733,6 +857,7 @@ def _on_lattice(units: Sequence[FleetMember], law: Law, fit: NormalLaw) -> Popul
         if np.abs(offset).max() < 0.3 and 0.7 < ratio.min() and ratio.max() < 1.2:
             break
         fit = better
+    _refuse_strayed(population, log_factors)
     return replace(population, resolved=edge < EDGE)
 
 
