@@ -30,10 +30,11 @@ def straight(x: Any, knots: Array, values: Array, rate: float) -> Array:
 
     The knots do not fall.
     """
-    beyond = x - np.clip(x, knots[0], knots[-1])
-    return np.asarray(
-        np.interp(x, knots, values) + np.where(beyond != 0.0, rate * beyond, 0.0)
-    )
+    inside = np.interp(x, knots, values)
+    beyond = x - np.minimum(np.maximum(x, knots[0]), knots[-1])
+    if not np.any(beyond):
+        return np.asarray(inside)
+    return np.asarray(inside + np.where(beyond != 0.0, rate * beyond, 0.0))
 
 
 def day_number(dates: Any) -> Array:
