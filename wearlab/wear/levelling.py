@@ -23,8 +23,9 @@ Source: Johnson, Contact Mechanics (1985) §2.7, and Appendix 1 for the integral
 §8 "Corrugation".
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.sparse import csr_array, eye_array
@@ -43,8 +44,9 @@ from wearlab.wear.path import WearPath
 
 FIRST_ORDER = 2
 MIN_ORDERS, MAX_ORDERS = 4, 32
-MAX_BYTES = 8e9  # that squares may take
-BYTES_OF_A_SQUARE = 45  # for each entry, while squares are made
+MAX_BYTES = 10e9  # that squares may take
+BYTES_OF_A_SQUARE = 21  # for each entry, while squares are made
+BYTES_TO_JOIN = 12  # for each entry besides, where there are several slices
 BYTES_OF_A_TERM = 48  # for each order and node, while coefficients are
 
 
@@ -115,13 +117,19 @@ def squares(half_width: Array, path: WearPath) -> Squares:
         felt = np.concatenate([window.felt for window in flank_windows], axis=1)
         pairs = felt[:, :, None] & felt[:, None, :]
         product = (order * terms).swapaxes(1, 2) @ terms
-        column = np.broadcast_to(node[:, None, :], pairs.shape)
+        column = np.broadcast_to(node[:, None, :].astype(np.int32), pairs.shape)
         blocks.append((felt.sum(axis=1), node[felt], product[pairs], column[pairs]))
-    count, node, product, column = map(np.concatenate, zip(*blocks, strict=True))
+        del product, pairs  # as large as what was taken from them
+    count, node, product, column = map(_joined, zip(*blocks, strict=True))
     ends = np.concatenate([[0], np.cumsum(np.repeat(count, count))])
     matrix = csr_array((product, column, ends), (len(node), 2 * rows.size))
     contact = np.repeat(np.arange(len(count)), count)
     return Squares(contact, node, matrix)
+
+
+def _joined(arrays: Sequence[Array]) -> Any:
+    """Return arrays one after another; a single one is not copied."""
+    return arrays[0] if len(arrays) == 1 else np.concatenate(arrays)
 
 
 def bytes_of_squares(half_width: Array, path: WearPath) -> float:
@@ -138,7 +146,9 @@ def bytes_of_squares(half_width: Array, path: WearPath) -> float:
             first, last = _reach(row, arc)
             count += last - first
     terms = (MAX_ORDERS - FIRST_ORDER + 1) * felt.max() * half_width.shape[1]
-    return float(BYTES_OF_A_SQUARE * (felt**2).sum() + BYTES_OF_A_TERM * terms)
+    to_join = BYTES_TO_JOIN if len(half_width) > 1 else 0
+    of_squares = (BYTES_OF_A_SQUARE + to_join) * (felt**2).sum()
+    return float(of_squares + BYTES_OF_A_TERM * terms)
 
 
 def _require_memory(half_width: Array, path: WearPath) -> None:
