@@ -493,8 +493,14 @@ def _improbable(amount: Array, errors: Array) -> Flags:
     amount : above 0 by so much
     errors : standard errors, (sds, n), each row equally probable
     """
-    p = norm.sf(amount / np.maximum(errors, 1e-300)).mean(axis=0)
-    return np.asarray(p < FALSE_ALARM / max(len(amount), 1))
+    rare = FALSE_ALARM / max(len(amount), 1)
+    # of others not even the smallest of the errors makes them improbable
+    far = norm.isf(rare) * (1.0 - 1e-9) * errors.min(axis=0)
+    candidates = np.flatnonzero(amount > far)
+    scores = amount[candidates] / np.maximum(errors[:, candidates], 1e-300)
+    is_improbable = np.zeros(len(amount), bool)
+    is_improbable[candidates] = norm.sf(scores).mean(axis=0) < rare
+    return is_improbable
 
 
 def _odd_one(value: Array, before: int) -> tuple[bool, int]:
