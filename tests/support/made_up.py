@@ -118,6 +118,13 @@ def run(speed: float | None, **sizes: int) -> xr.Dataset:
         "natural_frequency": [2000.0, 3000.0, 4000.0],
         "critical_speed": 2 * np.pi * np.array([2000.0, 3000.0, 4000.0]) / 50,
     }
+    hunting = "hunting_transmission_error"  # apart: what is drawn above stays as it is
+    shape = (length["update"], length["mesh"], 4, length["phase"])
+    made[hunting] = (
+        VARIABLES[hunting].dims,
+        np.random.default_rng(5).random(shape),
+        attributes(hunting),
+    )
     for name, values in given.items():
         if name in made:
             dims, before, attrs = made[name]

@@ -34,6 +34,7 @@ ESTIMATED = {
     "mesh_force_max": (*FACTORS, "mesh_force_max"),
     "life": ("life", "service_life", "remaining_useful_life"),
     "bearing_force": ("bearing_force",),
+    "face_load_factor": ("face_load_factor",),
     "wear_coefficient": ("calibrated_wear_coefficient",),
 }
 ESTIMATES = {

@@ -237,7 +237,7 @@ def pick(
     dims = [str(dim) for dim in grid.run_id.dims]
     ids = grid.run_id.values
     status = grid.status.values
-    reason = grid.reason.values
+    reason = grid.reason.values if "reason" in grid else np.full(ids.shape, "")
     indices = [_selected_indices(grid, dim, request, all_cases) for dim in dims]
     names_cases = "case" in _roles_and_x(request)
 
