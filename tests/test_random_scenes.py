@@ -86,7 +86,6 @@ def test_random_scenes_are_finite_or_refused_by_name(drawn, examples):
     assert verdicts["completed"] >= 0.3 * verdicts.total()
 
 
-@pytest.mark.xfail(strict=True, reason="the mean force is off by 119 static forces")
 def test_teeth_that_a_dashpot_keeps_apart_carry_the_load_in_the_mean():
     _, rules = random_scenes.outcome(NEVER_IN_CONTACT)
     assert rules == []
