@@ -100,7 +100,9 @@ def test_the_others_are_drawn_all_the_same(drawn):
         )
     message = str(caught.value)
     assert "figure 1 (tvmz): no such kind; did you mean 'tvms'?" in message
-    assert "spectrum is drawn by orders, shaft-orders, waterfall; " in no_kind("spectrum")
+    assert "spectrum is drawn by orders, shaft-orders, waterfall; " in no_kind(
+        "spectrum"
+    )
     assert (
         "figure 3 (wear-profile): select.flank = 'pinon' is not there; did you mean "
         "'pinion'?" in message

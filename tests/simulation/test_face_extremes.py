@@ -123,11 +123,11 @@ def test_the_end_that_carries_may_change_with_the_load_and_with_wear():
     [
         (
             {
-                **width_of_overlap(1.3, 20.0),
+                **width_of_overlap(0.1, 20.0),
                 "gears.pinion.addendum_coefficient": 0.5,
                 "gears.gear.addendum_coefficient": 0.5,
             },
-            "contact ratio 0.8237 is below 1: .*; enlarge the tips",
+            "total contact ratio 0.9237 is below 1, with 0.1000 of overlap: .*; enlarge",
         ),
         ({"gears.helix_angle": "50 deg"}, "helix_angle must lie between 0 and 45 deg"),
         (

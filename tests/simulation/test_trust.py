@@ -10,7 +10,13 @@ from wearlab.life.limits import Limits
 from wearlab.simulation.dataset.validity import scene_validity
 from wearlab.simulation.estimates import CompanionErrors, _doubts
 
-STILL = SimpleNamespace(kinds=(), vibration=None, meshes=(), face=None)
+STILL = SimpleNamespace(
+    kinds=(),
+    vibration=None,
+    meshes=(),
+    face=None,
+    gears=SimpleNamespace(sections=(), kinds=()),
+)
 
 
 def swinging(growth):

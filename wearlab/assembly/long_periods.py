@@ -69,7 +69,7 @@ def slow_errors(
     A constant error does nothing to a set that turns freely until it is taken up: when
     some ``D q = e`` has ``K q = 0``.
     """
-    if scene.errors is None or scene.errors.slow.turns:
+    if scene.prescribed.slow.turns:
         return None
     at_angles = gears.slow_errors(meshes)
     if at_angles is None:
