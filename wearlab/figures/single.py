@@ -52,7 +52,7 @@ def figure(
     ...     "operation": {"torque": "100 N*m", "speed": "1100 rpm"},
     ... })
     >>> drawing = wl.figure(wl.simulate(pair), "ste", size=3.5)
-    >>> [axes.get_ylabel() for axes in drawing.axes]
+    >>> [" ".join(axes.get_ylabel().split()) for axes in drawing.axes]
     ['Static transmission error (µm)']
 
     Parameters
