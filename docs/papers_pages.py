@@ -30,7 +30,7 @@ from wearlab.scene.identity import MODEL_VERSION
 TOP = Path(__file__).parents[1]
 PAPERS = TOP / "docs" / "papers"
 MEASURED = PAPERS / "measured"
-QUICK = 20.0  # seconds of all runs of a campaign
+QUICK = 18.0  # seconds of all runs of a campaign
 MANY = 3.0  # times as much is told as a factor
 HEADS = (
     "in the paper",
