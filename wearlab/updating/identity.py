@@ -37,8 +37,8 @@ def identity(
 def subject_hash(studies: cases.Subjects) -> str:
     """Return the identity of what an update is of: its runs, its files, its settings.
 
-    A campaign's title is none of it: what is kept belongs to whatever asks the same,
-    and to nothing else.
+    A campaign's title is none of it, nor where its files lie: what is kept belongs to
+    whatever asks the same, and to nothing else.
 
     Parameters
     ----------
@@ -47,6 +47,9 @@ def subject_hash(studies: cases.Subjects) -> str:
     parts: list[Any] = []
     for study in studies:
         spec = study.spec.model_copy(update={"limit": None, "data": (), "today": None})
+        if spec.record is not None:
+            record = spec.record.model_copy(update={"file": Path()})
+            spec = spec.model_copy(update={"record": record})
         parts += [study.label, [study.first.id], repr(study.limit), repr(spec)]
         parts += [repr(study.record and study.record.fingerprint)]
         parts += [np.asarray(part).tolist() for part in study.calendar or ()]
