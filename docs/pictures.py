@@ -76,35 +76,48 @@ def why_stale(
     files : campaign files by title
     loaded : campaigns that were read, by file; those that are new are added
     """
-    texts = embedded(picture)
+    return _asked_today(embedded(picture), files, loaded)[1]
+
+
+def _asked_today(
+    texts: dict[str, str], files: dict[str, list[Path]], loaded: dict[Path, Any]
+) -> tuple[Question | None, str]:
+    """Return the question of a picture as today's campaign has it, else why it is none.
+
+    Parameters
+    ----------
+    texts : of the picture
+    files, loaded : as of `why_stale`
+    """
     if "question" not in texts:
-        return "carries no question: draw it anew"
+        return None, "carries no question: draw it anew"
     asked = json.loads(texts["question"])
+    number = int(asked["number"])
+    runs = set(texts.get("runs", "").split())
     reasons = []
     for file in files.get(texts["campaign"], []):
         if file not in loaded:
             loaded[file] = wl.load(file)
-        reason = _why_other(loaded[file], asked, texts)
+        campaign = loaded[file]
+        if number > len(campaign.figures):
+            reasons.append(f"{file.name}: has no figure {number}")
+            continue
+
+        today = question(campaign, campaign.figures[number - 1], number)
+        gone = runs - {case.id for case in campaign.cases}
+        reason = ""
+        if today.table != asked["table"]:
+            reason = f"its figure {number} is another"
+        elif today.subject != asked.get("subject", ""):
+            reason = "its update is of other runs or data"
+        elif gone:
+            reason = (
+                f"{len(gone)} of {len(runs)} runs are of other scenes or model versions"
+            )
         if not reason:
-            return ""
+            return today, ""
         reasons.append(f"{file.name}: {reason}")
-    return "; ".join(reasons) or f"no campaign is called {texts['campaign']!r}"
-
-
-def _why_other(campaign: Any, asked: dict[str, Any], texts: dict[str, str]) -> str:
-    """Return by what a campaign's figure differs from what a picture shows, or ""."""
-    number = int(asked["number"])
-    if number > len(campaign.figures):
-        return f"has no figure {number}"
-    today = question(campaign, campaign.figures[number - 1], number)
-    if today.table != asked["table"]:
-        return f"its figure {number} is another"
-    if today.subject != asked.get("subject", ""):
-        return "its update is of other runs or data"
-    runs = set(texts.get("runs", "").split())
-    if gone := runs - {case.id for case in campaign.cases}:
-        return f"{len(gone)} of {len(runs)} runs are of other scenes or model versions"
-    return ""
+    return None, "; ".join(reasons) or f"no campaign is called {texts['campaign']!r}"
 
 
 def stale() -> dict[str, str]:
@@ -159,8 +172,9 @@ def compare(store_folder: str) -> int:
     loaded: dict[Path, Any] = {}
     drawn = otherwise = 0
     for picture in pictures():
-        asked = _question_now(picture, files, loaded, store)
-        if asked is None:
+        texts = embedded(picture)
+        asked, _ = _asked_today(texts, files, loaded)
+        if asked is None or not _has_all(store, texts.get("runs", "").split()):
             continue
         drawn += 1
         grid = store.open(asked.campaign)
@@ -174,26 +188,12 @@ def compare(store_folder: str) -> int:
     return otherwise
 
 
-def _question_now(
-    picture: Path,
-    files: dict[str, list[Path]],
-    loaded: dict[Path, Any],
-    store: wl.Store,
-) -> Question | None:
-    """Return the question of a picture whose runs are all in a store, else None."""
-    texts = embedded(picture)
-    runs = texts.get("runs", "").split()
-    if not runs or why_stale(picture, files, loaded):
-        return None
-    number = int(json.loads(texts["question"])["number"])
-    done = store.archive.entries(runs)
-    if len(done) < len(runs) or any(entry.state != "done" for entry in done.values()):
-        return None
-    for file in files[texts["campaign"]]:
-        campaign = loaded[file]
-        if not _why_other(campaign, json.loads(texts["question"]), texts):
-            return question(campaign, campaign.figures[number - 1], number)
-    return None
+def _has_all(store: wl.Store, runs: list[str]) -> bool:
+    """Whether a picture has runs, and a store all of them."""
+    entries = store.archive.entries(runs)
+    return bool(runs) and all(
+        run in entries and entries[run].state == "done" for run in runs
+    )
 
 
 def draw(store_folder: str, names: list[str]) -> None:

@@ -25,6 +25,7 @@ from laws import (
     told,
     with_steady_share,
 )
+from page_tables import write_between
 
 from wearlab.updating.sampling import ALARM
 
@@ -87,12 +88,7 @@ def main(file: Path | None, sets: int) -> None:
             lines.append(row(name, law, known, sets))
             print(lines[-1], flush=True)
     if file is not None:
-        text = file.read_text(encoding="utf-8")
-        head, _, rest = text.partition(BEGIN)
-        _, _, tail = rest.partition(END)
-        file.write_text(
-            "\n".join([head + BEGIN, "", *lines, "", END + tail]), encoding="utf-8"
-        )
+        write_between(file, BEGIN, END, lines)
 
 
 if __name__ == "__main__":

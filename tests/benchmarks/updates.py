@@ -33,6 +33,7 @@ from outside import (
     quantiles_of,
     wear,
 )
+from page_tables import write_between
 
 from wearlab.campaign.update_options import TrueModel
 from wearlab.updating.answers import answer_of, outcome_of
@@ -309,12 +310,7 @@ def main(file: Path | None) -> None:
     """Print the tables; write them between their marks."""
     lines = [*answers(), "", *power(), "", *looks(), "", *others()]
     if file is not None:
-        text = file.read_text(encoding="utf-8")
-        head, _, rest = text.partition(BEGIN)
-        _, _, tail = rest.partition(END)
-        file.write_text(
-            "\n".join([head + BEGIN, "", *lines, "", END + tail]), encoding="utf-8"
-        )
+        write_between(file, BEGIN, END, lines)
 
 
 if __name__ == "__main__":

@@ -307,22 +307,9 @@ def choice_of(path: Path, table: dict[str, Any]) -> str | None:
     return str(getattr(default, chooser)) if isinstance(default, options.Part) else None
 
 
-@cache
 def nearest_place(key: str) -> Path | None:
     """Return the path of a key nearest to the root of a scene, None without one."""
-    level: list[Path] = [()]
-    while level:
-        below = [
-            (*path, name)
-            for path in level
-            for part in parts_at(path)
-            for name in part.model_fields
-        ]
-        nearest = next((path for path in below if path[-1] == key), None)
-        if nearest is not None:
-            return nearest
-        level = list(dict.fromkeys(path for path in below if parts_at(path)))
-    return None
+    return next(iter(places_ending((key,))), None)
 
 
 @cache
@@ -350,5 +337,5 @@ def places_ending(words: Path) -> tuple[Path, ...]:
 
 def forget() -> None:
     """Forget which parts there are: plug-ins have brought others."""
-    for cached in (parts_at, field_at, chooser_at, nearest_place, places_ending):
+    for cached in (parts_at, field_at, chooser_at, places_ending):
         cached.cache_clear()
