@@ -106,7 +106,8 @@ def _asked_today(
         today = question(campaign, campaign.figures[number - 1], number)
         gone = runs - {case.id for case in campaign.cases}
         reason = ""
-        if today.table != asked["table"]:
+        points = None if today.points is None else today.points.record()
+        if today.table != asked["table"] or points != asked["points"]:
             reason = f"its figure {number} is another"
         elif today.subject != asked.get("subject", ""):
             reason = "its update is of other runs or data"
@@ -166,7 +167,10 @@ def share_seen(a: bytes, b: bytes) -> float:
 
 
 def compare(store_folder: str) -> int:
-    """Draw the pictures whose runs a store has once more; return how many look otherwise."""
+    """Draw the pictures whose runs a store has once more; return how many look otherwise.
+
+    One where there is no such picture.
+    """
     store = wl.Store(store_folder)
     files = campaign_files()
     loaded: dict[Path, Any] = {}
@@ -185,7 +189,7 @@ def compare(store_folder: str) -> int:
             otherwise += 1
             print(f"{picture.relative_to(TOP)}: {share:.1%} of it looks otherwise")
     print(f"{drawn} pictures drawn once more, {otherwise} look otherwise")
-    return otherwise
+    return otherwise if drawn else 1
 
 
 def _has_all(store: wl.Store, runs: list[str]) -> bool:

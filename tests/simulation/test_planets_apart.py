@@ -10,6 +10,7 @@ from scipy.optimize import brentq
 from wearlab.assembly import build
 from wearlab.scene import Scene, SceneError
 from wearlab.simulation import simulate
+from wearlab.simulation.label import Refused
 from wearlab.store.align import start_wear
 
 SUN, PLANET, RING, PLANETS = 20, 29, 79, 3
@@ -270,3 +271,33 @@ def test_a_run_goes_on_with_the_wear_of_every_planet():
     np.testing.assert_array_equal(
         goes_on.planet_wear_depth[0], parent.planet_wear_depth[-1]
     )
+
+
+def test_other_numbers_of_planets_do_not_go_on():
+    """They ended in a ValueError of zip."""
+    parent = simulate(Scene.from_mapping(_with(errors=PINS)))
+    scene = Scene.from_mapping(_with(errors=PINS, start={"run": parent.attrs["id"]}))
+    taken = start_wear(parent, scene.start)
+    fewer = {name: depths[:2] for name, depths in taken.planet_depth.items()}
+    with pytest.raises(Refused, match=r"has 2 planets, this one 3: .* as many planets"):
+        simulate(scene.with_start_wear(taken._replace(planet_depth=fewer)))
+
+
+def test_tolerances_of_nought_let_planets_be_alike():
+    errors = {"slow": "frozen", "seed": 3, "planet": {"planet_position": ["0 um"]}}
+    parts = build(Scene.from_mapping(_with(errors=errors)))
+    assert not parts.gears.planets_are_apart
+    assert build(Scene.from_mapping(_with(errors=PINS))).gears.planets_are_apart
+
+
+def test_cycles_of_planets_are_those_of_loaded_conditions():
+    duty = [
+        {"torque": "90 N*m", "speed": "1000 rpm", "share": 0.25},
+        {"torque": "0 N*m", "speed": "1000 rpm", "share": 0.75},
+    ]
+    table = _with(errors=PINS, operation={"duty": duty})
+    table["wear"]["until"] = {"cycles": 1e5}
+    run = simulate(Scene.from_mapping(table)).isel(update=-1)
+    of_flank = run["load_cycles"].sel(flank="planet-sun")
+    assert run["planet_load_cycles"].values == pytest.approx([float(of_flank)] * 3)
+    assert float(of_flank) == pytest.approx(0.25e5 * SUN / PLANET)

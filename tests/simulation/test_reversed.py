@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scenes import external_pair
 
+from wearlab.assembly.sheet import sheet
 from wearlab.scene import Scene, SceneError
 from wearlab.simulation import simulate
 from wearlab.store.align import start_wear
@@ -218,3 +219,19 @@ def test_planetary_sets_do_not_reverse():
                 "operation": {"duty": rows},
             }
         )
+
+
+def test_a_reversed_spectrum_begins_with_worn_flanks():
+    """Its back flanks start as new where the front ones alone are worn."""
+    worn = {"pinion": {"depth": "4 um", "shape": "quadratic"}}
+    run = simulate(spectrum(wear__initial=worn))
+    first = run["wear_depth"].isel(update=0).max("profile")
+    assert float(first.sel(flank="pinion")) == pytest.approx(4e-6, rel=1e-6)
+    assert float(first.sel(flank="pinion-back")) == 0.0
+
+
+def test_the_sheet_tells_each_mesh_once():
+    rows = [row.symbol for row in sheet(spectrum()).rows]
+    plain = [row.symbol for row in sheet(spectrum(rows=ROWS[:3])).rows]
+    assert rows == plain
+    assert len(sheet(spectrum()).drawings) == 1

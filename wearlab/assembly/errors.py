@@ -8,6 +8,7 @@ import numpy as np
 
 from wearlab.arrays import Array
 from wearlab.gears import iso
+from wearlab.gears.specification import GearError
 from wearlab.mesh import (
     clock,
     gear_set,
@@ -144,9 +145,14 @@ def class_flags(scene: Scene, gears: gear_set.GearSet) -> tuple[str, ...]:
         if (grade := iso_1328_class(scene, name)) is not None
     }
     allowed = {name: _member(scene, gears, name) for name in grades}
+    totals = {
+        name: "F_i′ by its measured pitches, "
+        if error.measured
+        else f"F_i′ = {1e6 * error.total_composite:.3g} µm, "
+        for name, error in allowed.items()
+    }
     return tuple(
-        f"{name}: ISO 1328-1:1995 class {grades[name]}: F_i′ = "
-        f"{1e6 * error.total_composite:.3g} µm, "
+        f"{name}: ISO 1328-1:1995 class {grades[name]}: {totals[name]}"
         f"f_i′ = {1e6 * error.tooth_composite:.3g} µm, all that is allowed, at angles "
         "drawn by errors.seed"
         for name, error in allowed.items()
@@ -165,9 +171,10 @@ def differ(scene: Scene, gears: gear_set.GearSet) -> bool:
     """
     random = np.random.default_rng(0)
     of_planets = harmonics.realised(_member(scene, gears, "planet"), random)
-    if of_planets.slow or of_planets.mesh:
-        return True
-    if any(_pins(scene, gears.angles, random)):
+    pins = [
+        pin for of_planet in _pins(scene, gears.angles, random) for pin in of_planet
+    ]
+    if of_planets.acts or any(pin.acts for pin in pins):
         return True
     if any(harmonic.mesh[-1].isdigit() for harmonic in scene.prescribed.harmonic):
         return True
@@ -191,6 +198,13 @@ def at_angles(
     scene, gears : the scene and its gear set
     meshes : with their errors
     """
+    if scene.prescribed.measured_pitches:
+        name = next(iter(scene.prescribed.measured_pitches))
+        raise GearError(
+            f"errors.{name}.pitch: planets that differ share their load by errors of "
+            "one wave a turn, and measured pitches have more: leave [wear] out, or "
+            f"give errors.{name}.total_composite in their place"
+        )
     errors = gears.slow_errors(meshes)
     if errors is None:
         return np.zeros((1, len(meshes)))

@@ -78,7 +78,7 @@ def sheet(scene: Scene) -> Sheet:
     GearError : there can be no such gears
     """
     gears = sets.build_set(scene.in_heaviest_condition)
-    pairs = [kind.pair for kind in gears.kinds]
+    pairs = [kind.pair for kind in gears.kind_of_each_section]
     drawn = tuple(
         (" and ".join(gear.name for gear in pair.gears), outline.drawing(pair))
         for pair in pairs
@@ -113,11 +113,11 @@ def thickness(gear: Gear) -> float:
 def _rows(scene: Scene, gears: sets.GearSet) -> Iterator[Row]:
     """Yield the table of a gear set, what all share first."""
     yield from _shared_rows(scene, gears)
-    for kind in gears.kinds:
+    for kind in gears.kind_of_each_section:
         yield from _mesh_rows(gears, kind.pair)
-    for kind in gears.kinds:
+    for kind in gears.kind_of_each_section:
         yield _backlash_row(scene, gears, kind)
-    for kind in gears.kinds:
+    for kind in gears.kind_of_each_section:
         yield from _sliding_rows(kind.pair)
     for symbol, meaning, unit, value_of in ROWS:
         factor = math.cos(gears.helix.angle) ** IN_NORMAL_SECTION.get(symbol, 0)
@@ -126,7 +126,7 @@ def _rows(scene: Scene, gears: sets.GearSet) -> Iterator[Row]:
         if symbol == "d_a":
             yield from _usable_tips(gears)
             yield from _tips(scene, gears)
-            for kind in gears.kinds:
+            for kind in gears.kind_of_each_section:
                 tail = _tail(gears, kind.pair)
                 yield from _rolling(kind.pair, tuple(gears.gears), tail)
     yield from _modifications(scene, gears)
@@ -238,7 +238,7 @@ def _usable_tips(gears: sets.GearSet) -> Iterator[Row]:
         for name, gear in gears.gears.items()
         if gear.usable_tip_radius is not None
     }
-    for kind in gears.kinds:
+    for kind in gears.kind_of_each_section:
         for number, gear in enumerate(kind.pair.gears):
             if kind.pair.overreach[number] > 0.0:
                 useful[gear.name] = 1e3 * kind.pair.useful_tip_diameter(number)
@@ -295,7 +295,7 @@ def _modifications(scene: Scene, gears: sets.GearSet) -> Iterator[Row]:
         )
     if any(starts):
         yield "d_Ca", "diameter where the tip relief starts", "mm", starts
-    for kind in gears.kinds:
+    for kind in gears.kind_of_each_section:
         yield from _misalignment(scene, gears, kind)
 
 

@@ -145,6 +145,12 @@ class GearSet(NamedTuple):
         return tuple(dict.fromkeys(kind.section for kind in self.kinds))
 
     @property
+    def kind_of_each_section(self) -> "tuple[PairOfSet, ...]":
+        """The first kind of each section: back flanks have the gears of the front."""
+        first = {kind.section: kind for kind in reversed(self.kinds)}
+        return tuple(first[section] for section in self.sections)
+
+    @property
     def planets_are_apart(self) -> bool:
         """Whether every planet has flanks of its own: each mesh is of its own kind."""
         return bool(self.angles) and len(self.kinds) > len(self.sections)

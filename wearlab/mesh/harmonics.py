@@ -285,6 +285,11 @@ class Realisation(NamedTuple):
         )
         return (*self.runout, *self.pitch, *waves)
 
+    @property
+    def acts(self) -> bool:
+        """Whether any part is other than nought."""
+        return any(size != 0.0 for _, size, _ in (*self.mesh, *self.slow))
+
     def turned(self, angle: float) -> "Realisation":
         """Return the member seen from another side: its slow parts lead by an angle.
 

@@ -262,7 +262,9 @@ def _distances(scene: Scene) -> list[float]:
     from wearlab.assembly import sets
 
     gears = sets.build_set(scene.in_heaviest_condition)
-    return [1e3 * float(kind.pair.centre_distance) for kind in gears.kinds]
+    return [
+        1e3 * float(kind.pair.centre_distance) for kind in gears.kind_of_each_section
+    ]
 
 
 def _planetary(writer: _Writer, unit: str, casing: str, scene: Scene) -> dict[str, str]:

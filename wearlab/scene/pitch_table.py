@@ -107,7 +107,10 @@ class PitchTable(options.Part):
 def _read(table: dict[str, Any], base: Any) -> tuple[Stored, ...]:
     """Return the deviations of a file [m]."""
     quantity = table.get("quantity", "F_p")
-    if quantity not in QUANTITIES:
+    units = table.get("units")
+    if not isinstance(units, str | None):
+        raise ValueError(f"units: {str(units)[:40]} is no text: give units = 'um'")
+    if not isinstance(quantity, str) or quantity not in QUANTITIES:
         raise ValueError(f"quantity: {quantity!r} is not one of 'F_p' and 'f_p'")
     path = (base or Path()) / file_named(table)
     if p40.is_measurement_file(path):
@@ -116,7 +119,6 @@ def _read(table: dict[str, Any], base: Any) -> tuple[Stored, ...]:
         raise TableError(
             f"{path}: side belongs to a measuring machine's file (.mka); leave it out"
         )
-    units = table.get("units")
     read = table_named(table, base).quantity(
         quantity, "m", columns={}, units={} if units is None else {quantity: units}
     )

@@ -87,7 +87,7 @@ def _pitches(scene: sections.Sections, members: dict[str, Any]) -> Problems:
                 f"has {len(table.cumulative)} deviations, but {name} has {teeth} "
                 "teeth: give one for each, in the order in which they come into mesh",
             )
-        if "total_composite" in member.model_fields_set:
+        if member.total_composite:
             yield (
                 path,
                 f"is part of errors.{name}.total_composite, and both would add up: "

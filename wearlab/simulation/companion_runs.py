@@ -155,9 +155,17 @@ def _permanent_contact(responses: Responses) -> bool:
     )
 
 
-def _carried(
+def carried_wear(
     parts: assembly.GearModel, values: Wear, rough: assembly.GearModel
 ) -> Wear:
+    """Return depths or rates of every kind, (2, n), on the nodes of another physics.
+
+    Parameters
+    ----------
+    parts : the physics whose nodes they are at
+    values : of every kind of mesh, (2, n) each
+    rough : the other physics
+    """
     kinds = zip(parts.kinds, values, rough.kinds, strict=True)
     return tuple(
         carried(fine.analysis.grid, value, coarse.analysis.grid)
@@ -176,7 +184,7 @@ def between_nodes(
     wear : of every kind of mesh [m]
     rough : the physics on the rougher nodes
     """
-    back = _carried(rough, _carried(parts, wear, rough), parts)
+    back = carried_wear(rough, carried_wear(parts, wear, rough), parts)
     return max(
         float(np.abs(carried - depth).max())
         for carried, depth in zip(back, wear, strict=True)
@@ -240,7 +248,7 @@ def _of_share(
         if near is not None and _permanent_contact(start) and _permanent_contact(near):
             start = near
         wear = tuple(
-            np.maximum(0.0, depth) for depth in _carried(parts, state.wear, rough)
+            np.maximum(0.0, depth) for depth in carried_wear(parts, state.wear, rough)
         )
         companion = alike(rough, wear, start, state)
         if companion is not None:
@@ -248,7 +256,7 @@ def _of_share(
             rate = None
             if state.wears and companion.wears:
                 rate = weight * (
-                    flat(companion.rate) - flat(_carried(parts, state.rate, rough))
+                    flat(companion.rate) - flat(carried_wear(parts, state.rate, rough))
                 )
             missed = weight * between_nodes(parts, state.wear, rough)
             twins[-1] = Rougher(

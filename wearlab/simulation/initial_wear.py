@@ -33,7 +33,7 @@ def initial_wear(
     wear = parts.coupling.unworn()
     by_law: dict[str, tuple[limits.Flanks, float]] = {}
     for name in parts.gears.flanks:
-        flank = None if scene.wear is None else scene.wear.initial_of(name)
+        flank = None if scene.wear is None else scene.initial_of(name)
         if flank is None:
             continue
         kind, gear = parts.gears.flank(name)
@@ -117,8 +117,16 @@ def continued_wear(scene: Scene, parts: assembly.GearModel) -> coupled.Wear:
                 f"the {side} ones: they are new; leave [start] out"
             )
         places = parts.gears.places_of(name)
+        depths = [start_wear.depth[name]] * len(places)
         of_planets = (start_wear.planet_depth or {}).get(name)
-        depths = of_planets or [start_wear.depth[name]] * len(places)
+        if of_planets and parts.gears.planets_are_apart:
+            depths = list(of_planets)
+        if len(depths) != len(places):
+            raise label.Refused(
+                f"run {run} has {len(depths)} planets, this one {len(places)}: each "
+                "planet goes on from its own wear; leave [start] out, or give as many "
+                "planets"
+            )
         for (kind, gear), depth in zip(places, depths, strict=True):
             wear[kind][gear] = moved(
                 np.array(start_wear.position[name]),

@@ -135,20 +135,14 @@ def _of_kinds(
     state : the wear state
     carried_from : the physics on whose nodes the wear is, if not on those of the model
     """
-    numbers = []
-    for number, kind in enumerate(model.kinds):
-        analysis = kind.analysis
-        nodes = state.kind[number].flanks.nodes
-        if carried_from is not None:
-            wear = companion_runs.carried(
-                carried_from.kinds[number].analysis.grid,
-                state.wear[number],
-                analysis.grid,
-            )
-            nodes = analysis.nodes(np.maximum(0.0, wear))
-        contact = contact_over_period(analysis, nodes)
-        numbers.append(period_numbers(contact, model.harmonics))
-    return numbers
+    flanks = [kind.flanks for kind in state.kind]
+    if carried_from is not None:
+        wear = companion_runs.carried_wear(carried_from, state.wear, model)
+        flanks = model.coupling.flanks(tuple(np.maximum(0.0, depth) for depth in wear))
+    return [
+        period_numbers(contact_over_period(worn.analysis, worn.nodes), model.harmonics)
+        for worn in flanks
+    ]
 
 
 def errors_along_life(

@@ -85,7 +85,12 @@ def _hunting(model: assembly.GearModel, states: States) -> label.Values:
     errors: Any = model.scene.errors
     periods = errors.slow.periods(teeth)
     phase = np.arange(periods)[:, None] + model.phase
-    slow = np.stack([mesh.error.slow.value(phase) for mesh in model.meshes])
+    slow = np.stack(  # period by period: waves times phases of all would fill memory
+        [
+            np.stack([mesh.error.slow.value(within) for within in phase])
+            for mesh in model.meshes
+        ]
+    )
 
     name = "static_transmission_error"
     meshes = range(len(model.meshes))

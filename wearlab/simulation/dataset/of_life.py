@@ -36,9 +36,10 @@ def life_variables(
     values = life.life_values(scene, history)
     if scene.wear is not None:
         values |= wear.wear_values(model, history)
-        values["load_cycles"] *= finished.stages[0].loaded_share
+        loaded_share = finished.stages[0].loaded_share
+        values["load_cycles"] *= loaded_share
         values |= wear.preset_depth(scene, model, history.state)
-        values |= planets.planet_values(model, history)
+        values |= planets.planet_values(model, history, loaded_share)
     if model.vibration is not None:
         values["attractor"] = dynamics.attractor_numbers(history)
 

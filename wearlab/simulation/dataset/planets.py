@@ -32,7 +32,7 @@ def planet_numbers(model: assembly.GearModel) -> label.Values:
 
 
 def planet_values(
-    model: assembly.GearModel, life_history: history.History
+    model: assembly.GearModel, life_history: history.History, loaded_share: Array
 ) -> label.Values:
     """Return load, wear and life of every planet, nothing where planets are alike.
 
@@ -40,6 +40,7 @@ def planet_values(
     ----------
     model : the physics of the scene
     life_history : the wear states that are stored
+    loaded_share : (n_flanks,) share of the cycles in which each flank is loaded [1]
     """
     if not model.gears.planets_are_apart:
         return {}
@@ -59,7 +60,8 @@ def planet_values(
     deepest = np.stack([flank.max(axis=-1) for flank in of_flanks], axis=2)
 
     kind, gear = gears.flank("planet-sun")
-    passes = np.full(number, gears.kinds[kind].passes[gear])
+    is_loaded = np.ravel(loaded_share)[list(gears.flanks).index("planet-sun")]
+    passes = np.full(number, is_loaded * gears.kinds[kind].passes[gear])
     return {
         "planet_load_factor": _static_factors(model, life_history),
         "planet_wear_depth": depth,
