@@ -402,3 +402,16 @@ def test_more_than_a_gear_unit_has_is_refused_at_once(tmp_path, noun):
     with pytest.raises(RexsError, match=f"30000 {noun} are more than"):
         read_rexs(_written(tmp_path, json.dumps({"model": document}), "many.rexsj"))
     assert time.perf_counter() - started < 20.0
+
+
+@pytest.mark.parametrize("teeth", ["19", "12", "0.4"])
+def test_a_ring_of_no_more_teeth_has_no_centre_distance(tmp_path, teeth):
+    """It ended in a division by zero, or in a working pressure angle of 160 degrees."""
+    text = files.as_xml().replace(
+        'type="cylindrical_gear" name="wheel 2"', 'type="ring_gear" name="wheel 2"'
+    )
+    head, mark, tail = text.partition('type="ring_gear" name="wheel 2"')
+    text = head + mark + tail.replace(">58<", f">{teeth}<", 1)
+    draft = read_unit(_written(tmp_path, text)).draft(2)
+    assert not [line for line in draft.derived if "working pressure" in line]
+    assert any("no centre distance goes with" in line for line in draft.left_out)

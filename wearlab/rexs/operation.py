@@ -157,6 +157,17 @@ def put_operation(
     if stage.type == "planetary_stage":
         draft.put("operation", "output", driven, "")
     _put_conditions(draft, conditions, forwards=forwards)
+    if any(one.torque * (1 if forwards else -1) < 0.0 for one in conditions):
+        if stage.type == "planetary_stage":
+            draft.missing.append(
+                "operation.duty: load cases of negative torque: planetary sets do not "
+                "take them; delete their rows"
+            )
+        else:
+            draft.derived.append(
+                "operation.duty: load cases of negative torque load the back flanks, "
+                "which wear by themselves"
+            )
 
 
 def _stage_load(document: Document, link: Link, power_flow: Flow) -> StageLoad | None:
@@ -213,14 +224,6 @@ def _put_conditions(
 ) -> None:
     """Write torque and speed of the driving member, or a table of load cases."""
     rows = [_row(condition, forwards=forwards) for condition in conditions]
-    reverses = any(
-        condition.torque * (1 if forwards else -1) < 0.0 for condition in conditions
-    )
-    if reverses:
-        draft.derived.append(
-            "operation.duty: load cases of negative torque load the back flanks, "
-            "which wear by themselves"
-        )
     shares = [condition.share for condition in conditions]
     if len(rows) == 1:
         for key, value in rows[0].items():

@@ -231,6 +231,13 @@ def derive_shifts(
     rack = transverse_basics(normal, first.helix_angle)
     find_position = internal_position if inwards else operating_position
     teeth = (int(first.teeth), int(second.teeth))
+    if min(teeth) < 1 or (inwards and teeth[1] <= teeth[0]):
+        draft.left_out.append(
+            f"{' and '.join(members)}: no centre distance goes with "
+            f"{' and '.join(map(str, teeth))} teeth"
+        )
+        return
+
     try:
         position = find_position(teeth, (None, None), rack, 1e-3 * distance)
     except GearError as error:

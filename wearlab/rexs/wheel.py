@@ -256,7 +256,7 @@ def _put_cutter_root(
         or cutter_teeth is None
         or addendum is None
         or wheel.helix_angle != 0.0
-        or teeth <= cutter_teeth.value
+        or (wheel.is_ring and teeth <= cutter_teeth.value)
     ):
         draft.left_out.append(f"component {tool.id}: the cutter wheel")
         return

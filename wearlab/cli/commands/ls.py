@@ -25,7 +25,6 @@ OF_LIVES = (
     "life",
     "remaining_useful_life",
     "service_life",
-    "error_estimate_life",
 )
 """Results of lives that reach their depth limit."""
 HEADS = (
