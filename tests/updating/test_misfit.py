@@ -9,6 +9,7 @@ from scipy import stats
 
 from wearlab.campaign.distributions import read_distribution
 from wearlab.updating.answers import answer_of, outcome_of
+from wearlab.updating.misfit import _probability
 from wearlab.updating.sampling import ALARM, checks, draw
 
 WIDE = {"lognormal": {"median": 1.0, "cov": 14.0}}
@@ -229,3 +230,9 @@ def test_inspections_told_in_groups_surprise_as_chance_does():
     each, _ = checks(draw(answer, 100, rng))
     assert len(each) == 200 and all(check.count == 5 for check in each)
     assert np.std([check.surprise for check in each]) == pytest.approx(1.0, abs=0.15)
+
+
+def test_columns_that_tell_nothing_call_nothing():
+    slope = np.array([0.0, 0.0, 0.0, 1.0])
+    columns = np.stack([slope, 0.5 * slope])
+    assert _probability(np.array([0.1, -0.2, 0.3, 0.1]), slope, columns) == 1.0

@@ -5,14 +5,20 @@ from datetime import date
 import numpy as np
 import pytest
 from conftest import STATIC
+from scenes import external_pair
 from test_fleet import FLEET, ROWS, TODAY, fleet
 
 import wearlab as wl
 from wearlab.campaign import CampaignError
+from wearlab.campaign.scenario import Scenario, scene_of
 from wearlab.report.dates_file import content_of
 from wearlab.updating import UpdateError, update
 from wearlab.updating.report_text import text_of
 
+POWERED = {
+    "gears": external_pair(20, 40),
+    "operation": {"power": "5 kW", "torque": "50 N*m"},
+}
 HARDER = """
 [[update.scenario]]
 label = "load + 20 %"
@@ -143,3 +149,30 @@ def test_a_scenario_that_cannot_be_is_one_line(tmp_path, store, lines, begin, sa
         of_one(tmp_path, store, scenario("x", *lines, begin=begin))
     assert said in str(caught.value)
     assert "update.scenario[0]" in str(caught.value)
+
+
+def test_a_day_without_a_calendar_is_refused(tmp_path, store):
+    """It was left out, and the life of today stood under its name."""
+    later = scenario("harder", "torque_factor = 1.5", begin="2027-01-01")
+    with pytest.raises(
+        UpdateError, match=r"2027-01-01 is a day, .* or operating hours"
+    ):
+        of_one(tmp_path, store, later)
+
+
+def test_a_load_that_is_said_twice_is_refused(tmp_path, store):
+    twice = scenario(
+        "harder", "torque_factor = 1.5", 'scene = { "operation.torque" = "900 N*m" }'
+    )
+    with pytest.raises((CampaignError, UpdateError), match="load in one place"):
+        of_one(tmp_path, store, twice)
+
+
+def test_a_factor_goes_with_a_power_too():
+    scene = wl.Scene.from_mapping(POWERED)
+    harder = Scenario.model_validate(
+        {"label": "harder", "from": 10.0, "torque_factor": 1.5}
+    )
+    changed = scene_of(harder, 0, scene)
+    assert changed.operation.torque == pytest.approx(1.5 * scene.operation.torque)
+    assert changed.operation.speed == pytest.approx(scene.operation.speed)

@@ -42,6 +42,12 @@ def scene_of(scenario: Scenario, number: int, scene: Scene) -> Scene:
     place = f"update.scenario[{number}]"
     changes = dict(scenario.scene)
     if scenario.torque_factor != 1.0:
+        stated = [key for key in changes if key.startswith("operation")]
+        if stated:
+            raise CampaignError(
+                f"{place}.torque_factor: {stated[0]} stands in {place}.scene as well: "
+                "give the load in one place"
+            )
         changes |= _with_torque(scene, scenario.torque_factor, place)
     if not changes:
         raise CampaignError(
@@ -59,11 +65,13 @@ def _with_torque(scene: Scene, factor: float, place: str) -> dict[str, Any]:
     """Return the changes of a scene whose torque is so many times what it was."""
     operation = scene.operation
     if operation is not None and not operation.several:
-        written = operation.model_dump()
-        if written.get("power") is not None:
-            return {"operation.power": f"{factor * written['power']!r} W"}
-        if written.get("torque") is not None:
-            return {"operation.torque": f"{factor * written['torque']!r} N*m"}
+        changes = {
+            "operation.torque": f"{factor * operation.torque!r} N*m",
+            "operation.speed": f"{operation.speed!r} rad/s",
+        }
+        return (
+            changes if operation.power is None else {"operation.power": None, **changes}
+        )
     raise CampaignError(
         f"{place}.torque_factor: the scene has no single torque: write what comes into "
         'scene = { "operation.duty" = … }'

@@ -24,6 +24,7 @@ MAX_VALUES = 60  # of a block of a unit, whose covariance is inverted
 # of a value that is only known to lie below a limit of detection, over that limit
 MIDDLE = 0.5
 SPREAD = 12.0**-0.5
+LEAST_SD = 1e-6  # of a value over its distance from the model
 
 
 def stands_apart(block: likelihood.Block) -> bool:
@@ -100,7 +101,8 @@ def log_likelihoods(
     together = cycle[:, None] == cycle[None, :]
     covariance = covariance + error.offset_sd**2 * together
     diagonal = np.arange(len(rows))
-    covariance[..., diagonal, diagonal] += seen.variance
+    least = (LEAST_SD * seen.difference) ** 2
+    covariance[..., diagonal, diagonal] += np.maximum(seen.variance, least)
     by_value = _log_of_each(seen.difference, covariance)
     counts = np.unique(cycle, return_counts=True)[1]
     ends_of_inspections = np.cumsum(counts)

@@ -405,6 +405,8 @@ def _oil_changes(
         early = "is more than the hours of the gearbox at the sample"
         columns.refuse(changed < -units.HOUR, role, early)
     columns.refuse(changed > time, role, "is after the sample")
+    unused = "is the time of the sample itself: nothing is worn off since"
+    columns.refuse(changed == time, role, unused)
     return np.maximum(changed, 0.0)
 
 

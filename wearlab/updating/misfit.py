@@ -121,6 +121,8 @@ def _probability(rest: Array, slope: Array, columns: Array) -> float:
     length = np.linalg.norm(new, axis=1)
     is_new = length > SMALLEST * np.linalg.norm(columns, axis=1)
     directions = new[is_new] / length[is_new, None]
+    if not len(directions):
+        return 1.0  # no column tells anything that the model does not
 
     def explained(residuals: Array) -> Any:
         """Return the largest share that a column explains, of each row."""

@@ -240,11 +240,16 @@ def _case(groups: Mapping[str, xr.Dataset]) -> dict[str, Any]:
 
 
 def _readings(stats: xr.Dataset) -> Iterator[dict[str, Any]]:
-    """Yield what each course of the wear rate makes of the measurements."""
+    """Yield what each course of the wear rate makes of them, the likeliest first.
+
+    Cases that stand together have their courses in the order of the alphabet.
+    """
     if "reading" not in stats:
         return
-    for n, kind in enumerate(stats["reading"].values):
-        probability = float(stats["reading_probability"].values[n])
+    probabilities = stats["reading_probability"].values
+    for n in np.argsort(-probabilities, kind="stable"):
+        kind = stats["reading"].values[n]
+        probability = float(probabilities[n])
         if np.isfinite(probability):
             yield {
                 "kind": str(kind),

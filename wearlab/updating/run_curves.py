@@ -25,6 +25,7 @@ from wearlab.updating import calendar
 from wearlab.updating.measurements import Observed, UpdateError
 
 TINY = 1e-12
+ROUNDING = 1e-6  # of a place across the face as messages write it [m]
 FACE_POSITION = "face_position"
 Names = Collection[str]
 BITS = 60  # halvings to round-off
@@ -714,7 +715,7 @@ def _across_the_face(run: xr.Dataset, observed: Observed) -> Array | None:
         at = units.quantity(str(stated), "length")
     except units.UnitError as error:
         raise UpdateError(f"{place}: {error}") from None
-    if not low - TINY <= at <= high + TINY:
+    if not low - ROUNDING <= at <= high + ROUNDING:
         raise UpdateError(f"{place}: {stated} lies beside the face, {inside}")
     slices = np.eye(len(position))
     order = np.argsort(position)

@@ -84,14 +84,11 @@ def of_case(outcome: answers.UpdateOutcome) -> dict[str, Any]:
     answer = outcome.answer
     post = answer.posterior
     factor = float(answer.factor(MIDDLE)[0])
-    lives: list[Lives] = []
-    for number in range(len(study.ahead)):
-        histories = [
-            _changed_runs(study, run, answer.now, factor)[number]
-            for run in post.histories
-        ]
-        changed = post.with_changes(histories=histories)
-        lives.append(replace(answer, posterior=changed))
+    changed = [_changed_runs(study, run, answer.now, factor) for run in post.histories]
+    lives = [
+        replace(answer, posterior=post.with_changes(histories=list(histories)))
+        for histories in zip(*changed, strict=True)
+    ]
     return _quantiles(study, post.histories[0], answer.now, lives)
 
 
@@ -103,19 +100,19 @@ def _changed_runs(
     changed = []
     for number, (scenario, other) in enumerate(pairs):
         begin = _begin_of(study, run, now, number, scenario)
-        clock = None if begin is None else changed_clock(run, other, begin, factor)
+        clock = changed_clock(run, other, begin, factor)
         changed.append(run if clock is None else replace(run, clock=clock))
     return changed
 
 
 def _begin_of(
     study: Subject, run: RunHistory, now: float, number: int, scenario: Scenario
-) -> float | None:
-    """Return the cycle at which a scenario begins, None of a unit without a calendar.
+) -> float:
+    """Return the cycle at which a scenario begins.
 
     Raises
     ------
-    UpdateError : that is before the last inspection
+    UpdateError : that is before the last inspection, or a day without a calendar
     """
     begin = scenario.begin
     if isinstance(begin, float | int):
@@ -123,7 +120,11 @@ def _begin_of(
     else:
         calendar = layout.calendar_of(study, run, now)
         if calendar is None:
-            return None
+            raise UpdateError(
+                f"update.scenario[{number}].from: {begin} is a day, and "
+                f"{study.label!r} has no calendar: give update.calendar or a record "
+                "with dates, or operating hours"
+            )
         cycle = float(calendar.hours(np.datetime64(begin)))
     if cycle < now * (1.0 - 1e-9):
         raise UpdateError(
