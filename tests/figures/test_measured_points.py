@@ -200,3 +200,14 @@ speed = "900 rpm"
     (tmp_path / "pinion.mka").unlink()
     (problem,) = question.figure_problems(campaign)
     assert "pinion.mka is not there" in problem
+
+
+def test_a_table_with_decimal_commas_is_drawn(run, tmp_path):
+    """It was written anew with points, and read with commas."""
+    rows = zip(2e3 * radius(ROLL), -1e6 * DEVIATION, strict=True)
+    text = "\n".join(f"{x:.6f};{y:.6f}".replace(".", ",") for x, y in rows)
+    table = tmp_path / "german.csv"
+    table.write_text(f"diameter [mm];depth [um]\n{text}\n")
+    published = {"file": str(table), "flank": "pinion"}
+    (curve,) = points_of(run, published, decimal=",", x="diameter")
+    assert curve.x == pytest.approx(2e3 * radius(ROLL), rel=1e-6)

@@ -299,13 +299,16 @@ def _recorded(figure: Mapping[str, Any]) -> tuple[dict[str, Any], Points | None]
     The note says it where the points were not kept.
     """
     table = {key: value for key, value in figure.items() if key in KEYS}
-    points = [str(text) for text in figure.get("points") or ()]
-    if len(points) > 1:
-        return table, Points(*points)
-    if points:
+    points = figure.get("points") or []
+    if isinstance(points, list) and len(points) == 1:
         absent = f"The points of {points[0]} are not in this store, and not drawn."
         table["note"] = " ".join([*filter(None, [table.get("note")]), absent])
-    return table, None
+        return table, None
+    try:
+        return table, Points.recorded(points) if points else None
+    except ValueError as error:
+        table["note"] = f"Not drawn: {error}."
+        return table, None
 
 
 def name_of(question: Question) -> str:

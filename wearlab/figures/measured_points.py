@@ -112,7 +112,9 @@ def flank_points(
         )
     try:
         content = points.text.encode()
-        table = tables.table_of(points.name, content, decimal=request.decimal)
+        table = tables.table_of(
+            points.name, content, decimal=points.decimal(request.decimal)
+        )
         measured = measured_flank_of(table, {})
     except tables.TableError as error:
         raise request.error(f"published: {error}") from None
@@ -157,11 +159,18 @@ def _curve_of(points: Points, curves: CurvesOfFigure, request: FigureRequest) ->
             f"published: {points.name}: {asked} Write published = {{ file = …, flank = "
             f"'{next(iter(labels), 'pinion')}' }}, of {', '.join(labels)}"
         )
-    return next(
+    of_flank = (
         curve
         for curve in curves.series
         if curve.key.get("flank") == labels[flank] and curve.runs is not None
     )
+    curve = next(of_flank, None)
+    if curve is None:
+        raise request.error(
+            f"published: {points.name}: bands of many runs stand here, and a measured "
+            "flank lies on the gears of one: choose a run in select"
+        )
+    return curve
 
 
 def _refuse_further_panels(curves: CurvesOfFigure, request: FigureRequest) -> None:

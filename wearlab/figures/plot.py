@@ -36,7 +36,9 @@ class Scale(NamedTuple):
 
 MIN_WIDTH = 1.5  # inches
 MAX_WIDTH = 40.0  # inches
-NOT_KEPT = ("text.", "backend", "savefig.directory", "webagg")
+MAX_DPI = 1200.0  # dots to the inch, of a figure that a file asks for
+MAX_FONT = 72.0  # points
+NOT_KEPT = ("text.", "backend", "savefig.directory", "webagg", "axes.prop_cycle")
 """Beginnings of settings that a figure's file does not hand on: LaTeX runs for those
 alone who ask for it, on what they ask for."""
 DAYS = "days since 1970-01-01"
@@ -418,9 +420,18 @@ class Paper(NamedTuple):
         width = None if record["width"] is None else float(record["width"])
         if width is not None and not MIN_WIDTH <= width <= MAX_WIDTH:
             raise ValueError(f"a width of {width:g} inches")
-        settings: Any = matplotlib.RcParams(record["settings"])
-        kept = {key: settings[key] for key in settings if not key.startswith(NOT_KEPT)}
-        return cls(width, kept)
+        written = {
+            key: value
+            for key, value in dict(record["settings"]).items()
+            if not key.startswith(NOT_KEPT)
+        }
+        settings: Any = matplotlib.RcParams(written)
+        largest = {"savefig.dpi": MAX_DPI, "figure.dpi": MAX_DPI, "font.size": MAX_FONT}
+        for key, bound in largest.items():
+            number = settings.get(key)
+            if isinstance(number, int | float) and not 0.0 < number <= bound:
+                raise ValueError(f"{key} = {number:g}")
+        return cls(width, {key: settings[key] for key in settings})
 
 
 NAMES = (

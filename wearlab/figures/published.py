@@ -287,7 +287,8 @@ def measured_flank(request: FigureRequest) -> MeasuredMap:
         )
     try:
         content = points.text.encode()
-        table = tables.table_of(points.name, content, decimal=request.decimal)
+        decimal = points.decimal(request.decimal)
+        table = tables.table_of(points.name, content, decimal=decimal)
         x, y, abscissa, depth, across = measured_flank_of(table, {})
     except tables.TableError as error:
         raise request.error(

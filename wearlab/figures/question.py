@@ -306,7 +306,7 @@ def _question_of(record: Mapping[str, Any], keywords: Mapping[str, str]) -> Ques
 
     points = None
     if record["points"] is not None:
-        points = kind.Points(*map(str, record["points"]))
+        points = kind.Points.recorded(record["points"])
     hashes = {str(run_id): str(sha256) for run_id, sha256 in record["runs"].items()}
     return Question(
         number=int(record["number"]),

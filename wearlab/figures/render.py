@@ -289,13 +289,13 @@ def draw(plot: Plot, width: float | None = None, height: float | None = None) ->
         plot = narrow(plot)._replace(small=False)
     width = width or _width(plot)
     letters = width / unit
-    wrapped = [textwrap.wrap(note, int(letters * 21.5)) for note in plot.notes]
+    wrapped = [textwrap.wrap(note, max(1, int(letters * 21.5))) for note in plot.notes]
     notes = [line for lines in wrapped for line in lines]
-    title = textwrap.wrap(plot.title, int(letters * 13.0))
+    title = textwrap.wrap(plot.title, max(1, int(letters * 13.0)))
 
     figure = Shown(figsize=(width, 1.0))
     FigureCanvasAgg(figure)
-    room = int((letters - 0.7) * LETTERS_AN_INCH)
+    room = max(1, int((letters - 0.7) * LETTERS_AN_INCH))
     entries = [e._replace(text=textwrap.fill(e.text, room)) for e in plot.headed]
     legend_lines = _head(figure, entries, title, unit)
     texts = len(title) * 0.25 + legend_lines * 0.175 + len(notes) * 0.15

@@ -4,13 +4,16 @@ import numpy as np
 
 from wearlab.arrays import Array
 
+ZEROS = ("as-measured", "max", "pitch", "tip", "root", "line")
+"""What may count as unworn."""
+
 
 def zero_line(zero: str, gear: int, s: Array, depth: Array) -> Array | float:
     """Return the depth that counts as zero, at the nodes [m].
 
     Parameters
     ----------
-    zero : as-measured, max, pitch, tip, root or line
+    zero : one of `ZEROS`
     gear : 0 driving, whose root end is touched first; 1 driven
     s : (n,) path positions of the nodes, rising [m]
     depth : (n,) at these [m]

@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 from wearlab.files import read_regular
 from wearlab.tables import p40
 from wearlab.tables.cells import TableError
+from wearlab.tables.flank_zero import ZEROS
 from wearlab.tables.measured_flank import ABSCISSAE, read_measured_flank
 from wearlab.tables.reading import text_of
 
@@ -31,6 +32,35 @@ class Points(NamedTuple):
     def record(self) -> list[str]:
         """Return the texts that `Points` is made of, without those that say nothing."""
         return list(self if self.zero else self[:2])
+
+    @classmethod
+    def recorded(cls, record: Any) -> "Points":
+        """Return the points that a record holds.
+
+        Parameters
+        ----------
+        record : as `record` returns it
+
+        Raises
+        ------
+        ValueError : no wearlab wrote it
+        """
+        is_record = isinstance(record, list) and len(record) in (2, 4)
+        if not is_record or not all(isinstance(text, str) for text in record):
+            raise ValueError("a record of points that no wearlab wrote")
+        points = cls(*record)
+        if points.zero and points.zero not in ZEROS:
+            raise ValueError(f"a record of points with zero = {points.zero[:20]!r}")
+        return points
+
+    def decimal(self, stated: str | None) -> str | None:
+        """Return the decimal sign of the text, None where it is to be found out.
+
+        Parameters
+        ----------
+        stated : of the file that was read; a measured flank is written anew
+        """
+        return "." if self.zero else stated
 
 
 def read_points(path: Path, sheet: str | None = None) -> Points:
