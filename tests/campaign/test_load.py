@@ -93,6 +93,22 @@ def test_figures(study):
             "figure[0].titel: unknown key, did you mean 'title'?",
         ),
         ('[[figure]]\nkind = "tvms"\nx = 3', "figure[0].x: 3"),
+        (
+            '[[figure]]\nkind = "tvms"\n[[figure.published]]\nfile = "points.csv"',
+            "figure[0].published: [{'file'",
+        ),
+        (
+            '[[figure]]\nkind = "tvms"\npublished = 3',
+            "figure[0].published: 3 is no text or table: table of points",
+        ),
+        (
+            '[[figure]]\nkind = "tvms"\npublished = { file = "a.csv", sidee = "left" }',
+            "figure[0].published.sidee: unknown key, did you mean 'side'?",
+        ),
+        (
+            '[[figure]]\nkind = "tvms"\npublished = { side = "left" }',
+            "figure[0].published.file: required: table with columns",
+        ),
         ('[figure]\nkind = "tvms"', "write [[figure]]"),
         (
             '[metadata]\nautor = "A"',

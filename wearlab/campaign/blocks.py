@@ -2,7 +2,8 @@
 
 import re
 from collections.abc import Callable
-from typing import Any, NamedTuple, TypeVar, get_args, get_origin
+from types import NoneType, UnionType
+from typing import Any, NamedTuple, TypeVar, Union, get_args, get_origin
 
 from pydantic import ValidationError
 
@@ -134,7 +135,10 @@ def modelled(model: type[Model], table: Any, where: str) -> Model:
         places: dict[tuple[str, str], _Place] = {}
         errors: dict[tuple[str, str], list[dict[str, Any]]] = {}
         for problem in error.errors():
-            place = _place_of(problem["loc"], table, model, where)
+            location = _without_kinds(problem["loc"], table, model)
+            if location is None:
+                continue
+            place = _place_of(location, table, model, where)
             name = (place.where, place.key)
             places.setdefault(name, place)
             errors.setdefault(name, []).append(dict(problem))
@@ -166,16 +170,24 @@ class _Place(NamedTuple):
 
 
 class _InnerTables(NamedTuple):
-    """What a key of a model holds: a model of tables, or None; and whether a list."""
+    """What a key of a model holds.
+
+    Parameters
+    ----------
+    model : of its tables, None where it holds none
+    is_list : whether it holds a list of them
+    has_other_kinds : whether something else than a table may stand there
+    """
 
     model: type[OptionTable] | None
     is_list: bool
+    has_other_kinds: bool
 
 
 def _inner_tables(model: type[OptionTable], key: str) -> _InnerTables:
     """Return which tables a key of a model holds."""
     if key not in model.model_fields:
-        return _InnerTables(None, False)
+        return _InnerTables(None, False, False)
     annotation = model.model_fields[key].annotation
     kinds = (annotation, *get_args(annotation))
     tables = [
@@ -183,7 +195,34 @@ def _inner_tables(model: type[OptionTable], key: str) -> _InnerTables:
         for kind in kinds
         if isinstance(kind, type) and issubclass(kind, OptionTable)
     ]
-    return _InnerTables(tables[0] if tables else None, get_origin(annotation) is tuple)
+    if not tables:
+        return _InnerTables(None, False, False)
+
+    origin = get_origin(annotation)
+    others = {*get_args(annotation)} - {tables[0], NoneType}
+    is_union = origin in (Union, UnionType)
+    return _InnerTables(tables[0], origin is tuple, is_union and bool(others))
+
+
+def _without_kinds(
+    location: tuple[int | str, ...], table: Any, model: type[OptionTable]
+) -> tuple[int | str, ...] | None:
+    """Return pydantic's location of an error without the kinds that it tried.
+
+    Of a key that holds a table or something else, pydantic tells the errors of every
+    kind. Where a table stands only its errors count: None for the others'.
+    """
+    if len(location) < 2:
+        return location
+    key = str(location[0])
+    inner = _inner_tables(model, key)
+    if not (inner.model and inner.has_other_kinds):
+        return location
+
+    if not isinstance(table[key], dict):
+        return location[:1]
+    is_of_table = location[1] == inner.model.__name__
+    return (key, *location[2:]) if is_of_table else None
 
 
 def _place_of(
@@ -196,7 +235,8 @@ def _place_of(
     key = str(location[0])
     rest = location[1:]
     inner = _inner_tables(model, key)
-    if inner.model is None or key not in table or (inner.is_list and not rest):
+    is_whole = not rest and (inner.is_list or inner.has_other_kinds)
+    if inner.model is None or key not in table or is_whole:
         return _Place(where, key, table, model)
 
     path = f"{where}.{key}"
