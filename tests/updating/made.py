@@ -8,7 +8,7 @@ import numpy as np
 from wearlab.campaign.distributions import read_distribution
 from wearlab.campaign.update_options import Data, ErrorModel, Limit, UpdateSpec
 from wearlab.updating.cases import FACTOR, Subject
-from wearlab.updating.likelihood import block_of
+from wearlab.updating.data_blocks import block_of
 from wearlab.updating.measurements import Observed
 from wearlab.updating.run_curves import ObservationPoints, RunCurve, RunHistory
 

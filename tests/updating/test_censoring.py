@@ -11,8 +11,9 @@ from made import ErrorModel, blocks, history, observed
 from scipy.integrate import quad
 from scipy.stats import multivariate_normal, norm
 
+from wearlab.updating.data_blocks import inspections_of
 from wearlab.updating.kalman import below_limits
-from wearlab.updating.likelihood import ParameterBatch, inspections_of, log_likelihood
+from wearlab.updating.likelihood import ParameterBatch, log_likelihood
 
 SD, OFFSET, LIMIT = 0.3e-3, 0.5e-3, 1.0e-3
 

@@ -7,7 +7,7 @@ import pytest
 from made import ErrorModel, blocks, history, observed, study
 
 from wearlab.campaign.distributions import read_distribution
-from wearlab.updating import answers, likelihood
+from wearlab.updating import answers, condensing, likelihood
 from wearlab.updating.answers import answer_of
 from wearlab.updating.likelihood import ParameterBatch
 from wearlab.updating.measurements import UpdateError
@@ -20,7 +20,7 @@ N = 900
 
 @pytest.fixture(autouse=True)
 def few_are_many(monkeypatch):
-    monkeypatch.setattr(likelihood, "MANY", 600)
+    monkeypatch.setattr(condensing, "MANY", 600)
 
 
 def run_and(error, own=0.0, seed=0):
@@ -47,7 +47,7 @@ def run_and(error, own=0.0, seed=0):
 def both(monkeypatch, found):
     """Return what is found by what is sufficient, and value by value."""
     short = found()
-    monkeypatch.setattr(likelihood, "condenses", lambda *_: False)
+    monkeypatch.setattr(condensing, "condenses", lambda *_: False)
     return short, found()
 
 

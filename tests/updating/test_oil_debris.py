@@ -15,7 +15,7 @@ from units import RATE, law, unit
 import wearlab as wl
 from wearlab.campaign import CampaignError
 from wearlab.updating import UpdateError, answers, interval_blocks, update
-from wearlab.updating.population import unit_likelihood
+from wearlab.updating.unit_factors import unit_likelihood
 
 OIL = (
     STATIC.partition("[[update.data]]")[0]

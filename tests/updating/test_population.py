@@ -22,11 +22,13 @@ from units import (
 )
 
 import wearlab
-from wearlab.updating import UpdateError
+from wearlab.updating import UpdateError, fleet_law, kalman, unit_factors
 from wearlab.updating import population as room
+from wearlab.updating.fleet_law import Parameter
 from wearlab.updating.grids import equal_draws
-from wearlab.updating.population import Parameter, factors, fit_population
+from wearlab.updating.population import fit_population
 from wearlab.updating.run_curves import Clock, ObservationPoints, RunCurve
+from wearlab.updating.unit_factors import factors
 from wearlab.updating.unit_states import (
     DRAWS,
     UnitState,
@@ -204,10 +206,10 @@ def test_what_is_measured_of_a_unit_strays_together():
     one, value, model, worn, equal, own = mixed()
     rate = 0.2**2 / 1.5e4
     lane = np.ones((1, 1))
-    shared = room.Shared(
+    shared = fleet_law.Shared(
         0.9 * lane, 0.2 * lane, (5e-5 * lane, 1e-3 * lane, 8e-5 * lane), 1.5e4
     )
-    seen = room.unit_likelihood(one, shared, np.log([[1.1]]), steps=True)
+    seen = unit_factors.unit_likelihood(one, shared, np.log([[1.1]]), steps=True)
     cov = rate * np.minimum(equal[:, None], equal) * worn[:, None] * worn + np.diag(own)
     exact = stats.multivariate_normal(model, cov).logpdf(value)
     assert seen.log_likelihood[0, 0] == pytest.approx(exact, abs=1e-9)
@@ -282,7 +284,7 @@ def test_a_population_that_is_known_gives_each_unit_its_conjugate_law():
         "median": (lognormal(1.0, 1e-3), 1.0),
     }
     known = law(sd=1e-4)._replace(
-        parameters=tuple(room.Parameter(n, *tight[n]) for n in ("spread", "median"))
+        parameters=tuple(Parameter(n, *tight[n]) for n in ("spread", "median"))
     )
     found = fit_population([one], known, 0)
     u = np.linspace(-1.0, 1.0, 200_001)
@@ -312,7 +314,7 @@ def test_intervals_of_lives_hold_the_truth_as_often_as_they_say():
     sigma = {"straying": (0.2, 0.5), "spread": (0.3, 0.5), "median": (1.0, 0.3)}
     asked = law("straying")._replace(
         parameters=tuple(
-            room.Parameter(name, lognormal(*prior)) for name, prior in sigma.items()
+            Parameter(name, lognormal(*prior)) for name, prior in sigma.items()
         )
     )
     rng = np.random.default_rng(9)
@@ -366,14 +368,14 @@ def test_what_a_hundred_units_cost(monkeypatch):
     """
     units = simulated(100, 10, 7)
     work = []
-    real = room.kalman.filtered
+    real = kalman.filtered
 
     def counted(*arguments, **options):
         seen = real(*arguments, **options)
         work.append(seen.log_likelihood.size)
         return seen
 
-    monkeypatch.setattr(room.kalman, "filtered", counted)
+    monkeypatch.setattr(kalman, "filtered", counted)
     found = fit_population(units, law("straying"), 0)
     assert quantile(found, "spread", np.array([0.05, 0.95])) == pytest.approx(
         [0.3, 0.3], rel=0.3

@@ -13,8 +13,9 @@ from scipy import stats
 
 from wearlab.campaign.distributions import read_distribution
 from wearlab.updating.answers import answer_of
+from wearlab.updating.data_blocks import inspections_of
 from wearlab.updating.grids import Posterior
-from wearlab.updating.likelihood import ParameterBatch, inspections_of, log_likelihood
+from wearlab.updating.likelihood import ParameterBatch, log_likelihood
 from wearlab.updating.lives import Answer
 from wearlab.updating.sampling import draw
 

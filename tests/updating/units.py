@@ -9,8 +9,9 @@ from made import ErrorModel, blocks, observed
 from scenes import CAMPAIGNS
 
 from wearlab.campaign.distributions import read_distribution
+from wearlab.updating.fleet_law import Law, Parameter
+from wearlab.updating.fleet_members import FleetMember
 from wearlab.updating.grids import weighted_quantiles
-from wearlab.updating.population import FleetMember, Law, Parameter
 from wearlab.updating.run_curves import ObservationPoints, RunCurve, RunHistory
 
 LINERS = CAMPAIGNS / "measured" / "cylinder_liner_wear.csv"

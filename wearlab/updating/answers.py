@@ -11,15 +11,16 @@ from scipy.stats import norm
 
 from wearlab.arrays import Array, Flags, Index, Random
 from wearlab.updating import (
+    condensing,
+    data_blocks,
     grids,
     layout,
-    likelihood,
     misfit,
     rate_drift,
     sampling,
 )
 from wearlab.updating.cases import Subject, UpdateError
-from wearlab.updating.likelihood import Block, Blocks
+from wearlab.updating.data_blocks import Block, Blocks
 from wearlab.updating.lives import Answer
 from wearlab.updating.run_curves import RunHistory, Runs
 
@@ -102,14 +103,14 @@ def blocks_of(study: Subject, runs: Runs) -> tuple[Block, ...]:
     accumulating = study.spec.discrepancy == ACCUMULATING
     blocks = []
     for n, observed in enumerate(study.observations):
-        block = likelihood.block_of(observed, accumulating=accumulating)
+        block = data_blocks.block_of(observed, accumulating=accumulating)
         numerical = 0.0
-        if likelihood.numerical_share(block, run) > likelihood.MATTERS:
+        if data_blocks.numerical_share(block, run) > data_blocks.MATTERS:
             numerical = run.numerical_of(observed.data.quantity)
         block = replace(block, numerical=numerical)
         blocks.append(block)
         if len(observed) > MAX_ONE_BY_ONE and (
-            study.spec.fleet or likelihood.one_by_one(block, run, n)
+            study.spec.fleet or condensing.one_by_one(block, run, n)
         ):
             raise UpdateError(
                 f"{observed.data.place}: {len(observed):,} values that share an error, "
@@ -129,7 +130,7 @@ def answer_of(study: Subject, runs: Runs, blocks: Blocks) -> Answer:
     runs : its stored runs
     blocks : the observations
     """
-    cycles = likelihood.cycles_of(blocks, runs[0])
+    cycles = data_blocks.cycles_of(blocks, runs[0])
     now = float(max(cycles, default=runs[0].start))
     drifting = None
     for n, block in enumerate(blocks):
@@ -139,7 +140,7 @@ def answer_of(study: Subject, runs: Runs, blocks: Blocks) -> Answer:
     post = grids.Posterior(_drifting(study, runs, blocks), blocks, study.prior)
     answer = Answer(post, now, drifting)
 
-    measured = likelihood.measured_blocks(blocks)
+    measured = data_blocks.measured_blocks(blocks)
     if len(measured) < 2 or study.prior is None:
         return answer
     numbers = {blocks[n].data.number for n in measured}
@@ -245,7 +246,7 @@ def _without_each_source(
 ) -> dict[int, Answer]:
     """Return the answer without each measured block, where there are several."""
     blocks = answer.posterior.blocks
-    measured = likelihood.measured_blocks(blocks)
+    measured = data_blocks.measured_blocks(blocks)
     if len(measured) < 2:
         return {}
     sources = {}
@@ -262,7 +263,7 @@ def _stats(study: Subject, answer: Answer) -> dict[str, float]:
     run = post.histories[0]
     measured = [block for block in blocks if len(block.observed)]
     numerical = [run.numerical_of(block.data.quantity) for block in measured]
-    shares = [likelihood.numerical_share(block, run) for block in blocks]
+    shares = [data_blocks.numerical_share(block, run) for block in blocks]
     stats = {
         "log_evidence": post.evidence,
         "effective_runs": post.effective_runs,
@@ -319,7 +320,7 @@ def _prior_predictive_p(
     """
     prior = prior_answer.posterior
     smallest = 1.0
-    for number in likelihood.measured_blocks(blocks):
+    for number in data_blocks.measured_blocks(blocks):
         block = blocks[number]
         if block.observed.censored.any():
             continue
@@ -392,8 +393,8 @@ def _notes(
         "larger": larger,
         "hardly": HARDLY,
         "tension": TENSION,
-        "matters": likelihood.MATTERS,
-        "nothing": not likelihood.measured_blocks(blocks),
+        "matters": data_blocks.MATTERS,
+        "nothing": not data_blocks.measured_blocks(blocks),
         "few": stats["runs"] > 1.0 and few,
         "at_odds": [blocks[n].data for n in answer.at_odds],
         "widened": _widens(answer),
@@ -409,7 +410,7 @@ def _notes(
 def _is_taken_as_steady(study: Subject, post: grids.Posterior) -> bool:
     """Whether the rate may drift, but is taken as steady here."""
     drifts = any(run.course is not None for run in post.histories)
-    measured = likelihood.measured_blocks(post.blocks)
+    measured = data_blocks.measured_blocks(post.blocks)
     is_asked = study.spec.discrepancy == DRIFTING and study.spec.change == "none"
     cannot = len(post.histories) > 1 or bool(study.replaced) or study.prior is None
     return bool(measured) and is_asked and cannot and not drifts
@@ -419,7 +420,7 @@ def _larger_errors(
     blocks: Blocks, draws: sampling.Draws, prior_draws: sampling.Draws
 ) -> Iterator[LargerError]:
     """Yield which unknown errors came out far from what was thought, and how far."""
-    for error in likelihood.unknown_errors(blocks):
+    for error in data_blocks.unknown_errors(blocks):
         of_prior = (prior_draws.sd, prior_draws.drift)[error.side][error.block]
         of_posterior = (draws.sd, draws.drift)[error.side][error.block]
         middle = float(np.median(of_posterior))

@@ -15,7 +15,7 @@ import xarray as xr
 
 from wearlab.arrays import Array, Random
 from wearlab.campaign import update_options
-from wearlab.updating import answers, grids, layout, likelihood, sampling, scores
+from wearlab.updating import answers, data_blocks, grids, layout, sampling, scores
 from wearlab.updating.cases import Subject
 from wearlab.updating.lives import Answer
 from wearlab.updating.run_curves import Clock, RunHistory
@@ -89,7 +89,7 @@ class TwinScores:
 
 
 def calibrated(
-    study: Subject, post: grids.Posterior, n: int, *, believed: likelihood.Blocks = ()
+    study: Subject, post: grids.Posterior, n: int, *, believed: data_blocks.Blocks = ()
 ) -> xr.Dataset:
     """Return the ranks of the truths of twins, and how often intervals hold them.
 
@@ -150,7 +150,7 @@ def _with_power(run: RunHistory, power: float) -> RunHistory:
 
 def _true_blocks(
     post: grids.Posterior, true: update_options.TrueModel
-) -> Sequence[likelihood.Block]:
+) -> Sequence[data_blocks.Block]:
     """Return the blocks with the errors that are true of twins."""
     if true.errors is None:
         return post.blocks
@@ -164,8 +164,8 @@ def _true_blocks(
 
 
 def _believed_blocks(
-    made: likelihood.Blocks, believed: likelihood.Blocks
-) -> tuple[likelihood.Block, ...]:
+    made: data_blocks.Blocks, believed: data_blocks.Blocks
+) -> tuple[data_blocks.Block, ...]:
     """Return the blocks of a twin with its values and the errors that are believed."""
     pairs = zip(believed or made, made, strict=True)
     return tuple(

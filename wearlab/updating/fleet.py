@@ -10,17 +10,19 @@ import xarray as xr
 from wearlab.arrays import Array, Random
 from wearlab.updating import (
     answers,
+    data_blocks,
     decision,
+    fleet_members,
     interval_blocks,
     layout,
-    likelihood,
     population,
     scenarios,
 )
 from wearlab.updating.cases import Subject, Subjects
 from wearlab.updating.fleet_inspections import inspection_scores, inspection_table
+from wearlab.updating.fleet_members import FleetMember
 from wearlab.updating.new_parts import FleetParts
-from wearlab.updating.population import FleetMember, Population
+from wearlab.updating.population import Population
 from wearlab.updating.unit_states import (
     DRAWS,
     States,
@@ -57,7 +59,7 @@ def fleet_groups(parts: FleetParts, *, replay: bool) -> dict[str, xr.Dataset]:
     for unit in units:
         for block in unit.blocks:
             interval_blocks.refuse_many(block)
-    law = population.law_of(spec.fleet, prior, units)
+    law = fleet_members.law_of(spec.fleet, prior, units)
     fleet = population.fit_population(units, law, spec.seed)
 
     rng = np.random.default_rng([spec.seed, 1])
@@ -121,8 +123,8 @@ def _without(fleet: Population, flagged: xr.Dataset) -> list[FleetMember]:
     out = set(zip(*(flagged[name].values for name in keys), strict=True))
 
     def sound_block(
-        unit: FleetMember, n: int, block: likelihood.Block
-    ) -> likelihood.Block:
+        unit: FleetMember, n: int, block: data_blocks.Block
+    ) -> data_blocks.Block:
         cycles = unit.run.points[n].cycle[block.rows].tolist()
         sound = [(unit.name, n, cycle) not in out for cycle in cycles]
         return replace(block, rows=block.rows[sound])

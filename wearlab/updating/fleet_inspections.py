@@ -8,7 +8,8 @@ import xarray as xr
 
 from wearlab.arrays import Array, Random
 from wearlab.updating import layout, sampling
-from wearlab.updating.population import FleetMember, Population
+from wearlab.updating.fleet_members import FleetMember
+from wearlab.updating.population import Population
 from wearlab.updating.scores import truths_inside
 from wearlab.updating.unit_states import (
     States,

@@ -24,16 +24,10 @@ from scipy.special import logsumexp
 
 from wearlab.arrays import Array, Flags, Index, Random
 from wearlab.campaign.distributions import SMALLEST, Distribution
-from wearlab.updating import likelihood
+from wearlab.updating import data_blocks
+from wearlab.updating.data_blocks import Block, Blocks, Spread, log_density
 from wearlab.updating.kalman import Filtered
-from wearlab.updating.likelihood import (
-    Block,
-    Blocks,
-    ParameterBatch,
-    Spread,
-    log_density,
-    log_likelihood,
-)
+from wearlab.updating.likelihood import ParameterBatch, log_likelihood
 from wearlab.updating.run_curves import Runs, invert_rising
 
 COARSE = 101  # points over ln factor while ranges are narrowed
@@ -129,7 +123,7 @@ class Posterior:
         self.prior = prior
         self._all = np.arange(len(self.histories))
         self.resolved = True
-        errors = likelihood.unknown_errors(self.blocks)
+        errors = data_blocks.unknown_errors(self.blocks)
         self._axes = {
             (n, side): range_of(prior, len(self._all), spread.scale)
             for n, side, spread, prior in errors
@@ -329,7 +323,7 @@ class Posterior:
         """
         tables = {}
         count = len(chosen)
-        for number in likelihood.measured_blocks(self.blocks):
+        for number in data_blocks.measured_blocks(self.blocks):
             block = self.blocks[number]
             sd, drift = (grid[chosen] for grid in self.spreads[number])
             size = points.shape[1] * len(block.rows) * sd.shape[1] * drift.shape[1]

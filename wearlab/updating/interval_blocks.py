@@ -17,7 +17,8 @@ from typing import Any
 import numpy as np
 
 from wearlab.arrays import Array
-from wearlab.updating import kalman, likelihood, measurements
+from wearlab.updating import data_blocks, kalman, likelihood, measurements
+from wearlab.updating.data_blocks import Block
 from wearlab.updating.run_curves import RunHistory
 
 MAX_VALUES = 60  # of a block of a unit, whose covariance is inverted
@@ -27,7 +28,7 @@ SPREAD = 12.0**-0.5
 LEAST_SD = 1e-6  # of a value over its distance from the model
 
 
-def stands_apart(block: likelihood.Block) -> bool:
+def stands_apart(block: Block) -> bool:
     """Whether a block tells of a unit's pace alone.
 
     Parameters
@@ -37,7 +38,7 @@ def stands_apart(block: likelihood.Block) -> bool:
     return block.counts_since or block.data.error.gain_sd > 0.0
 
 
-def refuse_many(block: likelihood.Block) -> None:
+def refuse_many(block: Block) -> None:
     """Refuse more values than can be compared jointly.
 
     Parameters
@@ -57,7 +58,7 @@ def refuse_many(block: likelihood.Block) -> None:
 
 
 def log_likelihoods(
-    block: likelihood.Block,
+    block: Block,
     run: RunHistory,
     number: int,
     shared: Any,
@@ -75,9 +76,9 @@ def log_likelihoods(
     points = run.points[number]
     order = np.argsort(points.cycle[block.rows], kind="stable")
     rows = block.rows[order]
-    in_order = likelihood.with_rows(block, rows)
+    in_order = data_blocks.with_rows(block, rows)
     cycle = points.cycle[rows]
-    since = likelihood.cycles_since(in_order, run, number)
+    since = data_blocks.cycles_since(in_order, run, number)
 
     def model_at(cycles: Array) -> Array:
         column = points.column[rows]
@@ -110,7 +111,7 @@ def log_likelihoods(
     return [part.sum(axis=-1) for part in parts]
 
 
-def _with_middles(block: likelihood.Block, model: Array, sd: Array) -> kalman.Residuals:
+def _with_middles(block: Block, model: Array, sd: Array) -> kalman.Residuals:
     """Return values beside the model, those below a limit in the middle under it."""
     residuals = likelihood.compared(block, model, sd)
     observed = block.observed

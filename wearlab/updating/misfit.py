@@ -18,8 +18,9 @@ import numpy as np
 from scipy.stats import beta
 
 from wearlab.arrays import Array
+from wearlab.updating.data_blocks import Block, inspections_of, measured_blocks
 from wearlab.updating.grids import Posterior
-from wearlab.updating.likelihood import Block, inspections_of, measured_blocks, modelled
+from wearlab.updating.likelihood import modelled
 from wearlab.updating.run_curves import RunHistory
 
 MIN_INSPECTIONS = 5

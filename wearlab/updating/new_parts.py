@@ -16,7 +16,7 @@ import xarray as xr
 
 from wearlab.campaign.update_options import ALL_MEMBERS
 from wearlab.scene import Scene
-from wearlab.updating import answers, likelihood, replacements, run_curves
+from wearlab.updating import answers, data_blocks, replacements, run_curves
 from wearlab.updating.cases import Subject, Subjects
 from wearlab.updating.measurements import Observed, UpdateError
 from wearlab.updating.run_curves import Clock, RunHistory, Runs
@@ -224,7 +224,7 @@ def _services(
 
 def _factor_until(study: Subject, run: RunHistory, cycle: float) -> float:
     """Return the median factor by what was measured of a unit until a cycle."""
-    blocks = likelihood.select_by_cycle(
+    blocks = data_blocks.select_by_cycle(
         answers.blocks_of(study, (run,)), run, np.less_equal, cycle
     )
     median = answers.answer_of(study, (run,), blocks).factor(np.array([0.5]))[0]

@@ -25,7 +25,7 @@ from scipy.special import logsumexp
 from scipy.stats import t as student_t
 
 from wearlab.arrays import Array, Index
-from wearlab.updating import grids, likelihood
+from wearlab.updating import condensing, data_blocks, grids
 from wearlab.updating.lives import Answer
 from wearlab.updating.run_curves import Clock, Course, ObservationPoints, RunHistory
 
@@ -156,7 +156,7 @@ class Group(NamedTuple):
     scatter : sum of squares within the groups [SI²]
     """
 
-    block: likelihood.Block
+    block: data_blocks.Block
     span: float
     points: ObservationPoints
     share: Array
@@ -168,17 +168,17 @@ class Group(NamedTuple):
     scatter: float
 
 
-def _span(run: RunHistory, blocks: likelihood.Blocks, clock: Clock | None) -> float:
+def _span(run: RunHistory, blocks: data_blocks.Blocks, clock: Clock | None) -> float:
     """Return the equal cycles until the last inspection, of a run if there was none."""
-    cycles = likelihood.cycles_of(blocks, run)
+    cycles = data_blocks.cycles_of(blocks, run)
     last = float(run.equal(cycles[-1:], clock)[0]) if len(cycles) else 0.0
     return last if last > 0.0 else run.end - run.start
 
 
-def _groups(run: RunHistory, blocks: likelihood.Blocks) -> list[Group]:
+def _groups(run: RunHistory, blocks: data_blocks.Blocks) -> list[Group]:
     """Return the values of blocks, of many some neighbours together."""
     groups = []
-    for number in likelihood.measured_blocks(blocks):
+    for number in data_blocks.measured_blocks(blocks):
         block = blocks[number]
         points = run.points[number]
         observed = block.observed
@@ -193,7 +193,7 @@ def _groups(run: RunHistory, blocks: likelihood.Blocks) -> list[Group]:
         begins = _begins(points.column[order], len(order))
         size = np.diff(begins, append=len(order))
         cycle = np.add.reduceat(points.cycle[order], begins) / size
-        since = likelihood.cycles_since(block, run, number)[place]
+        since = data_blocks.cycles_since(block, run, number)[place]
         first = np.add.reduceat(since, begins) / size
         value = np.add.reduceat(observed.value[order], begins) / size
         error = block.data.error
@@ -312,7 +312,7 @@ def _variances(group: Group, rest: Array) -> tuple[Array, Array]:
     return of_mean, -0.5 * logs
 
 
-def _values_worth(spread: likelihood.Spread) -> float:
+def _values_worth(spread: data_blocks.Spread) -> float:
     """Return how many values the prior of an unknown sd is worth."""
     assert spread.prior is not None
     low, high = np.log([spread.prior.at(0.159), spread.prior.at(0.841)])
@@ -357,7 +357,7 @@ def _narrowed(
 
 
 def with_course(
-    run: RunHistory, course: Course, blocks: likelihood.Blocks
+    run: RunHistory, course: Course, blocks: data_blocks.Blocks
 ) -> RunHistory:
     """Return a run whose wear rate drifts.
 
@@ -367,7 +367,7 @@ def with_course(
     course : of its wear
     blocks : observations, until the last of which it counts
     """
-    cycles = likelihood.cycles_of(blocks, run)
+    cycles = data_blocks.cycles_of(blocks, run)
 
     def drifting(clock: Clock | None) -> Clock:
         span = _span(run, blocks, clock)
@@ -391,7 +391,7 @@ def with_course(
 
 
 def runs_with_drift(
-    run: RunHistory, blocks: likelihood.Blocks, prior: Any
+    run: RunHistory, blocks: data_blocks.Blocks, prior: Any
 ) -> list[RunHistory]:
     """Return a run of steady rate and those whose rate drifts, that count.
 
@@ -445,13 +445,13 @@ def runs_with_drift(
     ]
 
 
-def _counted(log_joint: Array, run: RunHistory, blocks: likelihood.Blocks) -> Array:
+def _counted(log_joint: Array, run: RunHistory, blocks: data_blocks.Blocks) -> Array:
     """Return which courses count: those of largest weight, at most so many."""
     most = MAX_RUNS
-    for number in likelihood.measured_blocks(blocks):
+    for number in data_blocks.measured_blocks(blocks):
         block = blocks[number]
         sds = np.ones(1)
-        if likelihood.condenses(block, run.points[number], sds):
+        if condensing.condenses(block, run.points[number], sds):
             most = MAX_RUNS_OF_MANY
     order = np.argsort(-log_joint, kind="stable")[:most]
     return np.sort(order[log_joint[order] > log_joint[order[0]] - COUNTED])

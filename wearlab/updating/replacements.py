@@ -16,7 +16,7 @@ import xarray as xr
 from wearlab import options, units
 from wearlab.arrays import Index
 from wearlab.scene import Scene
-from wearlab.updating import answers, likelihood, run_curves
+from wearlab.updating import answers, data_blocks, run_curves
 from wearlab.updating.cases import Observed, Subject, UpdateError
 from wearlab.updating.run_curves import Clock, RunHistory
 
@@ -108,7 +108,7 @@ def _factor_until(
 ) -> tuple[float, float]:
     """Return the median factor by what was measured until then, and the run's."""
     parted, history = _history(study, scene, service)
-    blocks = likelihood.select_by_cycle(
+    blocks = data_blocks.select_by_cycle(
         answers.blocks_of(parted, (history,)), history, np.less_equal, at
     )
     answer = answers.answer_of(parted, (history,), blocks)

@@ -16,7 +16,7 @@ from scipy.special import gammaincc, kolmogorov, ndtr
 
 from wearlab.arrays import Array, Index, Random
 from wearlab.campaign.update_options import PREVIOUS
-from wearlab.updating import kalman, likelihood, lives
+from wearlab.updating import data_blocks, kalman, likelihood, lives
 from wearlab.updating.grids import (
     Posterior,
     draws_along_grid,
@@ -86,7 +86,7 @@ class Draws:
         max_count : inspections from which on neighbouring ones are taken as one
         """
         post = self.posterior
-        return likelihood.inspections_of(
+        return data_blocks.inspections_of(
             post.blocks[number], post.histories[0], number, max_count
         )
 
@@ -180,7 +180,7 @@ def _errors(
 
     Those that are known are as they are.
     """
-    errors = likelihood.unknown_errors(post.blocks)
+    errors = data_blocks.unknown_errors(post.blocks)
     unknown = [error.side for error in errors if error.block == number]
     sd_grids, drift_grids = post.spreads[number]
     sd = np.exp(sd_grids[run, 0])
@@ -397,7 +397,7 @@ def checks(draws: Draws) -> tuple[list[Check], dict[int, float]]:
     """
     results: list[Check] = []
     courses: dict[int, float] = {}
-    for number in likelihood.measured_blocks(draws.posterior.blocks):
+    for number in data_blocks.measured_blocks(draws.posterior.blocks):
         innovations = _innovations(draws, number)
         for t, cycle in enumerate(innovations.cycle):
             check = Check(

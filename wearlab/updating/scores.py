@@ -15,7 +15,7 @@ import numpy as np
 import xarray as xr
 
 from wearlab.arrays import Array
-from wearlab.updating import answers, cases, grids, layout, likelihood, sampling
+from wearlab.updating import answers, cases, data_blocks, grids, layout, sampling
 from wearlab.updating.lives import Answer
 
 MAX_REPLAYED = 200  # inspections; of more, evenly many are replayed
@@ -133,7 +133,7 @@ def replayed(
     end : cycle at which the limit was measured, NaN where it was not
     """
     run = post.histories[0]
-    cycles = likelihood.cycles_of(post.blocks, run)
+    cycles = data_blocks.cycles_of(post.blocks, run)
     if len(cycles) > MAX_REPLAYED:
         chosen = np.linspace(0, len(cycles) - 1, MAX_REPLAYED).astype(int)
         cycles = cycles[chosen]
@@ -145,7 +145,7 @@ def replayed(
     middle = float(prior.life(np.array([0.5]))[0])
     rows: list[dict[str, Any]] = []
     for cycle in map(float, cycles):
-        until = likelihood.select_by_cycle(post.blocks, run, np.less_equal, cycle)
+        until = data_blocks.select_by_cycle(post.blocks, run, np.less_equal, cycle)
         answer = answers.answer_of(study, post.histories, until)
         # the draws of before, and the values of now
         results, _ = sampling.checks(replace(draws, posterior=answer.posterior))
@@ -222,7 +222,7 @@ class Model(NamedTuple):
 
     name: str
     posterior: grids.Posterior
-    blocks: likelihood.Blocks
+    blocks: data_blocks.Blocks
 
     def updated(self) -> grids.Posterior:
         """Return what is known by this model."""
@@ -274,8 +274,8 @@ def left_out(post: grids.Posterior) -> Array:
     if len(post.histories) * values > MAX_LEFT_OUT:
         return np.full(1, np.nan)
     evidences = []
-    for cycle in likelihood.cycles_of(post.blocks, run):
-        others = likelihood.select_by_cycle(post.blocks, run, np.not_equal, cycle)
+    for cycle in data_blocks.cycles_of(post.blocks, run):
+        others = data_blocks.select_by_cycle(post.blocks, run, np.not_equal, cycle)
         evidences.append(post.updated_with(others).evidence)
     return post.evidence - np.array(evidences)
 
@@ -290,7 +290,7 @@ def compared(outcomes: Sequence[answers.UpdateOutcome]) -> xr.Dataset | None:
     outcomes : of cases with the same measurements
     """
     models = [model for outcome in outcomes for model in models_of(outcome)]
-    if len(models) < 2 or not likelihood.measured_blocks(models[0].blocks):
+    if len(models) < 2 or not data_blocks.measured_blocks(models[0].blocks):
         return None
     ranked = [(model.updated(), model.name) for model in models]
     ranked.sort(key=lambda pair: -pair[0].evidence)

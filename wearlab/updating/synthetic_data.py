@@ -17,6 +17,7 @@ from wearlab import arrays, tables, units
 from wearlab.campaign import Campaign, load
 from wearlab.updating import (
     answers,
+    data_blocks,
     grids,
     likelihood,
     lives,
@@ -31,7 +32,7 @@ DIGITS = 5
 
 def made_twin(
     truth: sampling.Draws, prior: lives.Answer, rng: arrays.Random
-) -> tuple[likelihood.Blocks, float]:
+) -> tuple[data_blocks.Blocks, float]:
     """Return the blocks with made-up values of one truth, and its life [cycles].
 
     Parameters
@@ -126,10 +127,10 @@ def _true_draw(
 ) -> sampling.Draws:
     """Return a run as one draw, with the errors that the files give."""
     blocks = tuple(
-        likelihood.block_of(observed, accumulating=True) for observed in measured
+        data_blocks.block_of(observed, accumulating=True) for observed in measured
     )
 
-    def known(spread: likelihood.Spread | None) -> arrays.Array:
+    def known(spread: data_blocks.Spread | None) -> arrays.Array:
         return np.full(1, 0.0 if spread is None else spread.known)
 
     empty = grids.Posterior((run,), answers.without_values(blocks), None)

@@ -14,9 +14,10 @@ from wearlab.store.export import credited
 from wearlab.updating import (
     calibration,
     cases,
+    condensing,
+    data_blocks,
     decision,
     layout,
-    likelihood,
     sampling,
     scenarios,
     scores,
@@ -149,7 +150,7 @@ def _groups(outcome: UpdateOutcome, replay: bool, check: int) -> dict[str, xr.Da
         "observed_data": _observed_data(outcome),
         "sample_stats": _statistics(outcome),
     }
-    measured = likelihood.measured_blocks(post.blocks)
+    measured = data_blocks.measured_blocks(post.blocks)
     if measured:
         replicas = [_replicas(outcome, n, rng) for n in measured]
         groups["posterior_predictive"] = xr.merge(replicas, **layout.MERGED)
@@ -207,7 +208,7 @@ def block_name(outcome: UpdateOutcome, number: int) -> str:
     )
 
 
-def _units(block: likelihood.Block) -> dict[str, str]:
+def _units(block: data_blocks.Block) -> dict[str, str]:
     """Return the unit of a measured quantity, and the one in which it is shown."""
     name = block.data.quantity
     shown = (
@@ -319,7 +320,7 @@ def _pointwise(outcome: UpdateOutcome, number: int) -> xr.Dataset:
     points = outcome.posterior.histories[0].points[number]
     cycles = np.unique(points.cycle[block.rows])
     if len(cycles) > MAX_STEPS:
-        condensed = likelihood.condenses(block, points, draws.sd[number])
+        condensed = condensing.condenses(block, points, draws.sd[number])
         pieces = 1 if condensed else max(len(draws) * len(block.rows) // MAX_VALUES, 1)
         parts = [
             draws[chosen] for chosen in np.array_split(np.arange(len(draws)), pieces)

@@ -8,9 +8,11 @@ import numpy as np
 from scipy.special import ndtr
 
 from wearlab.arrays import Array, Random
-from wearlab.updating import lives, population, run_curves
+from wearlab.updating import fleet_law, lives, run_curves, unit_factors
+from wearlab.updating.fleet_law import Law
+from wearlab.updating.fleet_members import FleetMember
 from wearlab.updating.grids import draws_along_grid, equal_draws
-from wearlab.updating.population import FleetMember, Law, Population
+from wearlab.updating.population import Population
 
 DRAWS = 2000  # states of a unit after all measurements
 INSPECTED_STATES = 400  # that inspections are checked with
@@ -33,7 +35,7 @@ class UnitState:
     """
 
     unit: FleetMember
-    shared: population.Shared
+    shared: fleet_law.Shared
     factor: Array
     block: int | None
     drift_mean: Array
@@ -188,7 +190,7 @@ def states_of(
     if unit.inspections:
         lanes = law.shared(theta.reshape(-1, theta.shape[-1]))
         flat_factor = log_factor.reshape(-1, 1)
-        filtered_steps = population.unit_likelihood(
+        filtered_steps = unit_factors.unit_likelihood(
             unit, lanes, flat_factor, steps=True
         ).steps
 
@@ -242,7 +244,7 @@ def joint_draws(fleet: Population, n: int, rng: Random) -> tuple[Array, Array]:
     """
     theta, near = fleet.parameters(n, rng)
     log_factors = [
-        population.factors(unit, fleet.law, near, rng) for unit in fleet.units
+        unit_factors.factors(unit, fleet.law, near, rng) for unit in fleet.units
     ]
     return theta, np.stack(log_factors)
 
@@ -289,12 +291,12 @@ def states_after(
     size = INSPECTED_STATES
     theta = fleet.theta[equal_draws(fleet.weight(number), size, rng)]
     if not len(unit.cycles):
-        log_factor = population.factors(unit, fleet.law, theta, rng)
+        log_factor = unit_factors.factors(unit, fleet.law, theta, rng)
         return states_of(fleet.law, unit, theta[None], log_factor[None], until)
 
     points, rows = np.unique(theta, axis=0, return_inverse=True)
     rows = rows.ravel()
-    known = population.masses(unit, fleet.law, points, until)
+    known = unit_factors.masses(unit, fleet.law, points, until)
     marginal = known.log_marginal
     weight = np.exp(marginal - marginal.max(axis=1, keepdims=True))[:, rows]
     picks = [rng.choice(size, size, p=row / row.sum()) for row in weight]
