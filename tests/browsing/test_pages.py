@@ -252,8 +252,40 @@ def test_worth_is_told_before_any_number(drawn):
         )
     ]
     assert places == sorted(places)
-    assert (
-        f"wl.open({str(drawn.store.path.absolute())!r})".replace("'", "&#39;") in page
+    name = drawn.store.path.name
+    assert f"wl.open({name!r})".replace("'", "&#39;") in page
+
+
+def test_no_page_of_a_window_tells_the_folders_of_this_machine(
+    tmp_path, opened, monkeypatch
+):
+    scenes = alter(alter(sweep(3), 0, act="fail"), 1, act="warn")
+    store = filled(tmp_path / "lab" / "store", scenes)
+    entries = store.archive.entries()
+    members = [(run, "base", {}) for run in entries]
+    for path in (tmp_path / "lab" / "a.toml", tmp_path / "other" / "b.toml"):
+        store.archive.catalogue.record_campaign(path.stem, None, str(path), members)
+    first = next(run for run, entry in entries.items() if entry.state == "done")
+    file = store.archive.files.path(first)
+    image = bytearray(file.read_bytes())
+    image[len(image) // 2] ^= 0xFF
+    file.write_bytes(bytes(image))
+
+    asked = opened(store)
+    listed = recorded.campaigns(store)[0]
+    pages = [asked.page(""), asked.page("runs"), asked.page("progress")]
+    pages += [asked.page("campaign", key=campaign.key) for campaign in listed]
+    pages += [asked.page("run", id=run) for run in entries]
+    pages.append(asked.page("compare", run=[first], kind="tvms"))
+    pages.append(asked.send("data", id=first)[2].decode())
+    for page in pages:
+        assert str(tmp_path) not in page and "Traceback" not in page
+    assert ">a.toml<" in pages[0] and ">…/other/b.toml<" in pages[0]
+    assert any("is not what was written" in page for page in pages)
+
+    monkeypatch.chdir(tmp_path)  # a store below the working directory: from there on
+    assert f"wearlab show {first} --store lab/store" in opened(store).page(
+        "run", id=first
     )
 
 

@@ -60,7 +60,11 @@ def campaigns(store: Store, place: Any, arguments: Arguments) -> dict[str, Any]:
     arguments : of the address: ``page``
     """
     number = listing.whole(figures.first(arguments).get("page", ""))
-    shown, count = recorded.campaigns(store, CARDS, (number - 1) * CARDS)
+    found, count = recorded.campaigns(store, CARDS, (number - 1) * CARDS)
+    shown = [
+        replace(campaign, path=_file_of_campaign(store, place, campaign.path))
+        for campaign in found
+    ]
     subjects = [remarks.subject_of(campaign.title) for campaign in shown]
     remarked: dict[str, list[remarks.Remark]] = {}
     for remark in remarks.remarks_on(store.archive.catalogue, subjects):
@@ -95,9 +99,7 @@ def campaign(store: Store, place: Any, arguments: Arguments) -> dict[str, Any]:
     matches = [candidate for candidate in listed if candidate.key == key]
     if not matches:
         raise StoreError(f"campaign {key[:40]!r} is not in this store")
-    shown = matches[0]
-    if not place.live:
-        shown = replace(shown, path=Path(shown.path).name)
+    shown = replace(matches[0], path=_file_of_campaign(store, place, matches[0].path))
 
     is_small = shown.cases <= MAX_DRAWN
     rows_of_page = listing.ROWS if place.live else MAX_DRAWN
@@ -256,9 +258,7 @@ def run(store: Store, place: Any, arguments: Arguments) -> dict[str, Any]:
     """
     first = figures.first(arguments)
     entry = store.archive.find(_named(arguments, "id", "run"))
-    facts = one_run.content(store, entry)
-    if not place.live:
-        facts = _without_folders(store, facts)
+    facts = _without_folders(store, one_run.content(store, entry))
     kinds: list[str] = []
     drawn: list[figures.ShownFigure] = []
     if facts["state"] == "done":
@@ -278,7 +278,7 @@ def run(store: Store, place: Any, arguments: Arguments) -> dict[str, Any]:
     else:
         drawn += [source.shown(source.question(kind)) for kind in kinds]
 
-    address = _address(store, place)
+    address = place.store_name
     folder = quote(address)
     kind = kinds[0] if kinds else "wear-profile"
     return {
@@ -298,12 +298,19 @@ def run(store: Store, place: Any, arguments: Arguments) -> dict[str, Any]:
     }
 
 
-def _address(store: Store, place: Any) -> str:
-    """Return where a store is; in a copy, which goes elsewhere, its name alone."""
-    if store.address is not None:
-        return str(store.address)
-    folder = store.path.absolute()
-    return str(folder) if place.live else folder.name
+def _file_of_campaign(store: Store, place: Any, path: str) -> str:
+    """Return the file of a campaign without the folders of this machine.
+
+    In a window it starts from the folder that holds the store; of another place the
+    last folder tells files of one name apart.
+    """
+    file = Path(path)
+    if not path or not place.live:
+        return file.name
+    above = store.path.absolute().parent
+    if file.is_relative_to(above):
+        return str(file.relative_to(above))
+    return str(Path("…", *file.parts[-2:]))
 
 
 def _without_folders(store: Store, told: Mapping[str, Any]) -> dict[str, Any]:
@@ -367,7 +374,7 @@ def compare(store: Store, place: Any, arguments: Arguments) -> dict[str, Any]:
 
     files = place.files("figure", figures.address(arguments))
     content["figures"] = [source.shown(question, files)]
-    folder = quote(_address(store, place))
+    folder = quote(place.store_name)
     content["commands"] = (
         f"wearlab figures --from {question.name}.png --store {folder}   # the PNG that "
         "was taken along"

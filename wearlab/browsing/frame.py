@@ -3,6 +3,7 @@
 Others are refused.
 """
 
+import re
 import secrets
 from collections.abc import Mapping, Sequence
 from functools import cache
@@ -23,6 +24,8 @@ from wearlab.store import Store
 from wearlab.version import __version__
 
 HERE = Path(__file__).parent
+NOTHING = re.compile(r"(?!)")
+"""Found in no text."""
 STYLE, NAMES = "style.css", "names.js"
 FORMATS = {"png": "image/png", "svg": "image/svg+xml", "pdf": "application/pdf"}
 FORMATS |= {"csv": "text/csv; charset=utf-8"}
@@ -91,7 +94,8 @@ class Place:
     def __init__(self, token: str, store: Store, libraries: Sequence[str]) -> None:
         self.token = token
         self.nonce = secrets.token_urlsafe(16)
-        self.store_name = store.address or str(store.path)
+        self.store_name = store_name(store, Path.cwd())
+        self.folders = folders_above(store)
         self.writable = store.address is None
         self.style, self.scripts = self.url(STYLE), (*libraries, self.url(NAMES))
 
@@ -118,7 +122,7 @@ class Place:
 
 
 def rendered(template: str, place: Any, told: Mapping[str, Any]) -> str:
-    """Return a page.
+    """Return a page, without the folders that lead to the store.
 
     Parameters
     ----------
@@ -132,7 +136,38 @@ def rendered(template: str, place: Any, told: Mapping[str, Any]) -> str:
         "live": place.live,
         "version": __version__,
     }
-    return templates().get_template(template).render({**shared, **told})
+    page = templates().get_template(template).render({**shared, **told})
+    return place.folders.sub("", page)
+
+
+def folders_above(store: Store) -> re.Pattern[str]:
+    """Return what finds the folders that lead to a store in the text of a page.
+
+    Parameters
+    ----------
+    store : a page of which is written
+    """
+    above = store.path.absolute().parent
+    if above == Path(above.anchor):
+        return NOTHING
+    return re.compile(rf"(?<![\w/.:-]){re.escape(f'{above}/')}")
+
+
+def store_name(store: Store, above: Path | None = None) -> str:
+    """Return the address of a store, or its folder without those of this machine.
+
+    Parameters
+    ----------
+    store : which is named
+    above : folder that the name starts from where the store is below it [the one that
+        holds the store]
+    """
+    if store.address is not None:
+        return str(store.address)
+    folder = store.path.absolute()
+    if above is not None and folder.is_relative_to(above):
+        return str(folder.relative_to(above))
+    return folder.name
 
 
 def policy(nonce: str) -> str:

@@ -310,7 +310,8 @@ class Folder:
 
     def __init__(self, store: Store, runs: Iterable[str]) -> None:
         self.runs = frozenset(runs)
-        self.store_name = str(store.address or store.path.absolute().name)
+        self.store_name = frame.store_name(store)
+        self.folders = frame.folders_above(store)
 
     def url(self, name: str, **arguments: Any) -> str:
         """Return the address of a page."""
