@@ -68,10 +68,16 @@ class Rating(options.Part):
 MOST = 1_000_000  # points; a state of the wear would take gigabytes
 
 
+FINEST = 1e-10
+"""Smallest tolerance: round-off of a life of a thousand steps, each of a thousand
+nodes."""
+Tolerance = Annotated[options.Number, Ge(FINEST), Lt(1.0)]
+
+
 class Numerics(options.Part):
     """How accurate a run is."""
 
-    tolerance: Annotated[options.Number, options.POSITIVE, Lt(1.0)] = 1e-3
+    tolerance: Tolerance = 1e-3
     """relative error in wear depth and life. Source: wearlab"""
     steps_per_period: Annotated[options.Count, Ge(4), Le(MOST)] | None = None
     """integration steps in a mesh period [from the tolerance]"""
@@ -79,7 +85,7 @@ class Numerics(options.Part):
     """stored phases of a mesh period [from the tolerance]"""
     profile_points: Annotated[options.Count, Ge(9), Le(MOST)] | None = None
     """nodes on the path of contact [from the tolerance]"""
-    cycle_tolerance: Annotated[options.Number, options.POSITIVE, Lt(1.0)] | None = None
+    cycle_tolerance: Tolerance | None = None
     """relative error of the steps over cycles [from the tolerance]"""
     most_right_hand_sides: Annotated[options.Number, Ge(1.0)] | None = None
     """right-hand sides after which a life ends where it is, to be gone on from; more

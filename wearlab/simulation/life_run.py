@@ -11,7 +11,7 @@ from wearlab.scene import Scene
 from wearlab.simulation.initial_wear import initial_wear
 from wearlab.simulation.operating import OperatingCondition
 from wearlab.simulation.stage_histories import joined, seconds_of
-from wearlab.simulation.work import max_work
+from wearlab.simulation.work import max_work, more_work
 
 STATES_OF_A_FACE = 12
 """Wear states that are kept of a pair with a face where nobody asked, of a set with two
@@ -19,6 +19,8 @@ kinds of mesh half as many: each takes half a megabyte a kind."""
 MAX_EVALUATIONS = 5_000
 """Bound on the rates of one life at a tolerance of 1e-3; an ordinary life takes about a
 hundred."""
+USUAL_OF_STEPS = 1e-3
+"""Tolerance below which a life may take more rates."""
 KEPT_SHARE = 0.1
 """Work on kept states that nobody asked for, over the former; what is read off them
 takes as long again."""
@@ -40,13 +42,13 @@ def integration(
     """
     assert scene.wear is not None
     tolerance = scene.numerics.cycle_tolerance or scene.numerics.tolerance
-    finer = (1e-3 / tolerance) ** 0.5
+    max_evaluations = MAX_EVALUATIONS * more_work(USUAL_OF_STEPS, tolerance)
     return partial(
         integrate.integrate,
         limits=until,
         method=scene.wear.step.build(),
         tolerance=tolerance,
-        max_evaluations=int(MAX_EVALUATIONS * max(1.0, finer)),
+        max_evaluations=int(max_evaluations),
         max_work=max_work(scene, parts),
     )
 

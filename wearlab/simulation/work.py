@@ -16,6 +16,9 @@ SEARCH_SHARE = 0.4
 former."""
 USUAL = 1e-4
 """Tolerance below which an integration may do more, as it has to."""
+FINEST = 1e-6
+"""Tolerance below which it may do no more: nodes along the profile do not grow
+either."""
 IN_REGISTERS = 12.0
 """Units of a right-hand side of a system in registers, of one coordinate or four: 0.04
 µs where flanks hardly part; 0.26 µs where they chatter, for it is such lives that reach
@@ -54,8 +57,18 @@ def max_work(scene: Scene, parts: assembly.GearModel) -> float:
     work = units(parts.vibration.system)
     if parts.vibration.hunting > MANY_PERIODS:
         work *= OUT_OF_CACHE
-    finer = (USUAL / scene.numerics.tolerance) ** 0.5
-    return MAX_WORK / work * max(1.0, finer)
+    return MAX_WORK / work * more_work(USUAL, scene.numerics.tolerance)
+
+
+def more_work(usual: float, tolerance: float) -> float:
+    """Return how many times as much work a life may do at its tolerance.
+
+    Parameters
+    ----------
+    usual : tolerance from which on it may do more [1]
+    tolerance : of the life [1]
+    """
+    return float((usual / np.clip(tolerance, FINEST, usual)) ** 0.5)
 
 
 def max_searched(system: System, requested: float | None = None) -> int:
