@@ -252,6 +252,28 @@ def test_the_other_hand_and_the_other_misalignment_are_mirror_images():
     )
 
 
+def test_a_spectrum_over_helical_flanks_wears_as_its_conditions_mixed():
+    """Rates of each torque alone, by their shares: how far nodes reach beyond the path,
+    which the heaviest condition decides, changes nothing.
+    """
+    torques = ("320 N*m", "80 N*m")
+    helical_pair = helical().replace({"mesh.face_points": 9})
+    alone = [
+        simulate(helical_pair.replace("operation.torque", torque))["wear_rate"].values[
+            0
+        ]
+        for torque in torques
+    ]
+    duty = [
+        {"torque": torque, "speed": "1450 rpm", "share": share}
+        for torque, share in zip(torques, (0.25, 0.75), strict=True)
+    ]
+    mixed = simulate(helical_pair.replace("operation", {"duty": duty}))
+    expected = 0.25 * alone[0] + 0.75 * alone[1]
+    found = mixed["wear_rate"].values[0]
+    assert np.abs(found - expected).max() < 1e-6 * expected.max()
+
+
 def test_line_loads_carry_the_force():
     run = known("right")
     assert run["residual_line_load"].values.max() < 1e-12

@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from wearlab.assembly import leads
 from wearlab.assembly.mesh import DEFAULT_TOLERANCE
 from wearlab.gears import helix
 from wearlab.mesh import (
@@ -50,24 +51,18 @@ def build_face_contact(
     analysis : contact of its transverse section
     turned : the helix
     """
-    mesh = scene.mesh.of(kind.section)
     slices = slices_of(scene, kind)
     if turned.angle:
         grid = slicing.helical_face(analysis.grid, kind.pair, turned, slices)
     else:
         grid = slicing.spur_face(analysis.grid, kind.pair.face_width, slices)
-    misalignment = mesh.misalignment
-    coupling = mesh.coupling
+    coupling = scene.mesh.of(kind.section).coupling
     pair = kind.pair
-    opening = (
-        0.0
-        if misalignment is None
-        else misalignment.over_face(pair.working_pressure_angle, scene.operation.torque)
-    )
+    opening = leads.opening(scene, kind, scene.operation.torque)
     removed = []
     for number, turning in enumerate(pair.gears):
         share = pair.from_root(number, grid.profile.position)
-        modification = lead(getattr(scene.gears, turning.name))
+        modification = leads.lead(getattr(scene.gears, turning.name))
         removed.append(modification.removed(grid.position, share, grid.face_width))
     return over_face.FaceContact(
         grid=grid,
@@ -102,22 +97,5 @@ def sliced_flank(
     )
     gear_options: Any = getattr(scene.gears, pair.gears[of[1]].name)
     return helix.SlicedFlank(
-        middles, pair.face_width, lead(gear_options), gears.helix.cosine
-    )
-
-
-def lead(gear: Any) -> helix.Lead:
-    """Return the lead modification that ``[gears.<name>]`` says.
-
-    Parameters
-    ----------
-    gear : options of the gear
-    """
-    relief = gear.end_relief
-    return helix.Lead(
-        crowning=gear.lead_crowning or 0.0,
-        slope=gear.lead_slope or 0.0,
-        relief=0.0 if relief is None else relief.amount,
-        relief_length=1.0 if relief is None else relief.length,
-        bias=gear.bias or 0.0,
+        middles, pair.face_width, leads.lead(gear_options), gears.helix.cosine
     )

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from wearlab.arrays import Array
-from wearlab.assembly import sets
+from wearlab.assembly import leads, sets
 from wearlab.gears import gear
 from wearlab.mesh import (
     contact,
@@ -134,7 +134,8 @@ def _reach(
     times = LARGEST_STATIC if scene.dynamics is None else LARGEST_DYNAMIC
     # of a section below a contact ratio of 1: where a pair is on the path
     deflection = unworn.deflection[np.isfinite(unworn.deflection)].max()
-    reach = unworn_extension(kind.pair, times * float(deflection))
+    deepest = leads.deepest_deflection(scene, kind, float(deflection))
+    reach = unworn_extension(kind.pair, times * deepest)
     step = STEP * kind.pair.base_pitch
     return profile.Extension(
         *(step * max(1.0, np.ceil(distance / step)) for distance in reach)

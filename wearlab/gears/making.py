@@ -14,6 +14,7 @@ from wearlab.gears.specification import (
 )
 
 MIN_TEETH = 5
+BISECTIONS = 60
 
 
 class _Circles(NamedTuple):
@@ -51,6 +52,7 @@ def build_gear(
     assumed: tuple[str, ...] = (),
     *,
     internal: bool = False,
+    least_tip: float | None = None,
 ) -> Gear:
     """Resolve every dimension of one gear.
 
@@ -70,6 +72,8 @@ def build_gear(
     assumed : flags to carry along
     internal : whether it is a ring; positive shifts give it larger tooth spaces,
         farther out
+    least_tip : tip diameter of a ring that its mate's involute just reaches, where that
+        is known [m]
 
     Returns
     -------
@@ -100,7 +104,10 @@ def build_gear(
         tip_alteration=tip_alteration,
         outwards=outwards,
     )
-    refuse_first(spec.name, _circle_problems(circles, internal=internal))
+    if internal:
+        refuse_first(spec.name, _ring_circle_problems(circles, least_tip))
+    else:
+        refuse_first(spec.name, _circle_problems(circles))
 
     cut = RackCut(
         teeth=spec.teeth,
@@ -284,36 +291,55 @@ def _external_problems(spec: GearSpec) -> Iterator[str]:
         yield 'root_profile "fillet" belongs to a ring; give "trochoid" or "radial"'
 
 
-def _circle_problems(circles: _Circles, *, internal: bool) -> Iterator[str]:
-    """Yield what is wrong with the order of the circles of a gear."""
+def _ring_circle_problems(circles: _Circles, least_tip: float | None) -> Iterator[str]:
+    """Yield what is wrong with the order of the circles of a ring."""
+    tip = _diameter(circles.tip)
+    root = _diameter(circles.root)
+    if not circles.tip > circles.base:
+        larger = "a larger tip_diameter"
+        if least_tip is not None:
+            larger = f"a tip_diameter of {rounded_up(least_tip):.3f} mm at least"
+        yield (
+            f"involute interference: the ring's tip diameter {tip} is not above its "
+            f"base diameter {_diameter(circles.base)}, where the involute ends; give "
+            f"it {larger}"
+        )
+    if not circles.root > circles.tip:
+        yield (
+            f"the root diameter {root} of a ring must lie above its tip diameter "
+            f"{tip}; {_moved('smaller', 'larger', circles.tip > circles.reference)}"
+        )
+    if not circles.bore > circles.root:
+        bore = _diameter(circles.bore)
+        yield f"rim_diameter {bore} must lie above the root diameter {root}"
+
+
+def _moved(tip: str, root: str, is_tip: bool) -> str:
+    """Return which of tip and root circle to move, and how, as advice."""
+    if is_tip:
+        return f"give it a {tip} tip_diameter"
+    return f"give it a {root} root_diameter"
+
+
+def _circle_problems(circles: _Circles) -> Iterator[str]:
+    """Yield what is wrong with the order of the circles of an external gear."""
     base = _diameter(circles.base)
     tip = _diameter(circles.tip)
     root = _diameter(circles.root)
     bore = _diameter(circles.bore)
-    if internal:
-        if not circles.tip > circles.base:
-            yield (
-                f"involute interference: the ring's tip diameter {tip} is not above "
-                f"its base diameter {base}, where the involute ends; shorten the tip "
-                'with tip_alteration = "wang-2023", a larger tip_diameter or a smaller '
-                "addendum_coefficient"
-            )
-        if not circles.root > circles.tip:
-            yield (
-                f"the root diameter {root} of a ring must lie above its tip diameter "
-                f"{tip}"
-            )
-        if not circles.bore > circles.root:
-            yield f"rim_diameter {bore} must lie above the root diameter {root}"
-        return
-
     if not circles.tip > circles.root:
-        yield f"the tip diameter {tip} is not above the root diameter {root}"
-    if not circles.active_tip > circles.base:
-        tip = _diameter(circles.active_tip)
         yield (
-            f"no involute: the tip diameter {tip} is not above the base diameter "
-            f"{base}; enlarge the tip or the profile shift"
+            f"the tip diameter {tip} is not above the root diameter {root}; "
+            f"{_moved('larger', 'smaller', circles.tip < circles.reference)}"
+        )
+    if not circles.active_tip > circles.base:
+        active_tip = _diameter(circles.active_tip)
+        enlarge = "enlarge the tip or the profile shift"
+        if circles.tip > circles.base:
+            enlarge = "reduce the chamfer of the tip"
+        yield (
+            f"no involute: the tip diameter {active_tip} is not above the base "
+            f"diameter {base}; {enlarge}"
         )
     if not 0.0 < circles.bore < circles.root:
         yield (
@@ -342,24 +368,42 @@ def _tip_problems(gear: Gear) -> Iterator[str]:
             f"{_diameter(gear.tip_radius)}; the chamfer of the tip lies within it"
         )
     if not gear.outwards * (gear.active_tip_radius - gear.form_radius) > 0.0:
-        if gear.internal:
-            yield (
-                f"no involute is left between the tip diameter {tip} and the form "
-                f"diameter {form}; reduce fillet_radius_coefficient"
-            )
-        else:
-            yield (
-                f"no involute is left between the form diameter {form} and the tip "
-                f"diameter {tip}; reduce the rounding or the profile shift"
-            )
+        remedy = "enlarge the tip or reduce fillet_radius_coefficient"
+        if gear.outwards * (gear.tip_radius - gear.form_radius) > 0.0:
+            remedy = "reduce the chamfer of the tip"
+        yield (
+            f"no involute is left between the tip diameter {tip} and the form diameter "
+            f"{form}; {remedy}"
+        )
     tip = _diameter(gear.tip_radius)
     half_angle = gear.half_angle(gear.tip_radius)
     if half_angle <= 0.0:
         thickness = 2e3 * gear.tip_radius * half_angle
         yield (
             f"pointed tip: at the tip diameter {tip} the tooth is {thickness:.3g} mm "
-            "thick; shorten it or reduce profile_shift_coefficient"
+            f"thick; give it a tip_diameter of {_blunt_tip(gear)}, or reduce "
+            "profile_shift_coefficient"
         )
+
+
+def _blunt_tip(gear: Gear) -> str:
+    """Return up to which diameter the teeth of a gear with pointed tips have a top."""
+    pointed = gear.tip_radius
+    thick = gear.form_radius
+    for _ in range(BISECTIONS):
+        middle = 0.5 * (pointed + thick)
+        if gear.half_angle(middle) > 0.0:
+            thick = middle
+        else:
+            pointed = middle
+    if gear.internal:
+        return f"{rounded_up(2.0 * thick):.3f} mm at least"
+    return f"{math.floor(2e6 * thick) / 1e3:.3f} mm at most"
+
+
+def rounded_up(diameter: float) -> float:
+    """Return a diameter [m] in mm, rounded up to micrometres."""
+    return math.ceil(1e6 * diameter) / 1e3
 
 
 def _diameter(radius: float) -> str:

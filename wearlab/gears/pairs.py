@@ -34,6 +34,7 @@ from wearlab.gears.specification import (
     refuse_first,
 )
 
+BISECTIONS = 60
 MIN_ROUNDING = 0.95
 """Share of its tip rounding that a rack keeps when a ring needs more involute."""
 
@@ -102,6 +103,9 @@ def gear_pair(
     first_gear = making.build_gear(
         first, basics, first_shift, operating.tip_alteration, operating.assumed
     )
+    least_tip = None
+    if internal:
+        least_tip = least_ring_tip(first_gear, second.teeth, a)
     second_gear = making.build_gear(
         second,
         basics,
@@ -109,6 +113,7 @@ def gear_pair(
         operating.tip_alteration,
         operating.assumed,
         internal=internal,
+        least_tip=least_tip,
     )
     thinned = -first.tooth_thickness_allowance - second.tooth_thickness_allowance
     if internal:
@@ -201,12 +206,17 @@ def _low_contact_ratio(pair: GearPair, turned: Helix) -> Iterator[str]:
         return
     path = pair.path.E - pair.path.A
     first, second = sorted(pair.gears, key=lambda gear: gear.internal)
-    remedy = "enlarge the tips or reduce the centre distance"
-    if pair.internal:
-        remedy = (
-            f"enlarge the teeth of {first.name} or {second.name}, or change the centre "
-            "distance"
-        )
+
+    remedy = "enlarge the tips"
+    if any(gear.usable_tip_radius is not None for gear in pair.gears):
+        remedy = "reduce the chamfer of the tip"
+    elif any(pair.overreach):
+        undercut = pair.gears[1 - pair.overreach.index(max(pair.overreach))]
+        remedy = f"raise the profile_shift_coefficient of {undercut.name}"
+    elif pair.internal:
+        remedy = f"give {first.name} a larger or {second.name} a smaller tip_diameter"
+    elif pair.backlash > pair.rounding:
+        remedy += " or reduce the centre distance"
     ratio = f"contact ratio {pair.contact_ratio:.4f} is below 1"
     if turned.angle:
         needed = (1.0 - pair.contact_ratio) * pair.base_pitch
@@ -238,18 +248,20 @@ def _involute_interference(pair: GearPair, number: int) -> Iterator[str]:
         yield (
             f"{name} interference: the tip of {mate.name} reaches "
             f"{-curvature * 1e3:.4g} mm beyond the tangent point of the base circle of "
-            f"{gear.name}; {shorten} or raise the profile shift of {gear.name}"
+            f"{gear.name}; {shorten}"
         )
 
     start = math.hypot(gear.base_radius, curvature)
     form = gear.form_radius
     if gear.outwards * (form - start) > FORM_SLACK * form:
         side = "above" if gear.internal else "below"
+        deepen = f"deepen the root of {gear.name}"
+        if gear.root_profile != "radial":
+            deepen += " or reduce its fillet_radius_coefficient"
         yield (
             f"fillet interference: {mate.name} would touch {gear.name} at diameter "
             f"{2e3 * start:.5g} mm, {side} its form diameter {2e3 * form:.5g} mm; "
-            f"{shorten}, deepen the root of {gear.name} or reduce its "
-            "fillet_radius_coefficient"
+            f"{shorten}, or {deepen}"
         )
 
 
@@ -272,7 +284,7 @@ def _shorten(pair: GearPair, number: int) -> str:
     gear = pair.gears[number]
     millimetres = 1e3 * pair.useful_tip_diameter(number)
     if gear.internal:
-        least = math.ceil(1e3 * millimetres) / 1e3
+        least = making.rounded_up(1e-3 * millimetres)
         return f"give {gear.name} a tip_diameter of {least:.3f} mm at least"
     largest = math.floor(1e3 * millimetres) / 1e3
     return f"give {gear.name} a tip_diameter of {largest:.3f} mm at most"
@@ -301,9 +313,24 @@ def _tip_interference(
             f"tip interference: with {ring.teeth} − {pinion.teeth} = "
             f"{ring.teeth - pinion.teeth} teeth of difference the tips of "
             f"{pinion.name} and {ring.name} overlap by {-clearance * 1e3:.4g} mm "
-            "where their tip circles cross; shorten a tip, or use a larger difference "
-            "or centre distance"
+            f"where their tip circles cross; give {pinion.name} a tip_diameter of "
+            f"{_passing_tip(pinion, ring, centre_distance):.3f} mm at most, or use a "
+            "larger difference or centre distance"
         )
+
+
+def _passing_tip(pinion: Gear, ring: Gear, centre_distance: float) -> float:
+    """Return the largest tip diameter of a pinion that passes its ring's tips [mm]."""
+    passes = pinion.form_radius
+    overlaps = pinion.tip_radius
+    for _ in range(BISECTIONS):
+        middle = 0.5 * (passes + overlaps)
+        shortened = pinion._replace(tip_radius=middle)
+        if tip_clearance(shortened, ring, centre_distance) >= 0.0:
+            passes = middle
+        else:
+            overlaps = middle
+    return math.floor(2e6 * passes) / 1e3
 
 
 def check_backlash(pair: GearPair, thinned: float = 0.0) -> None:
@@ -339,6 +366,22 @@ def check_backlash(pair: GearPair, thinned: float = 0.0) -> None:
         f"distance by {distance * 1e3:.3g} mm, give {allowance} below 0, or leave out "
         "one of shifts and centre distance"
     )
+
+
+def least_ring_tip(pinion: Gear, ring_teeth: int, centre_distance: float) -> float:
+    """Return the tip diameter of a ring that its pinion's involute just reaches.
+
+    ``d_a = 2 √(r_b² + (ρ_F + a sinα_w)²)`` [m].
+
+    Parameters
+    ----------
+    pinion : the pinion
+    ring_teeth : number of teeth of the ring
+    centre_distance : a [m]
+    """
+    base_radius = pinion.base_radius * ring_teeth / pinion.teeth
+    lead = math.sqrt(centre_distance**2 - (base_radius - pinion.base_radius) ** 2)
+    return 2.0 * math.hypot(base_radius, pinion.form_curvature + lead)
 
 
 def make_room(

@@ -435,7 +435,12 @@ def planetary_set(
         for spec, x in zip((sun, planet), outer.shifts, strict=True)
     )
     ring_gear = making.build_gear(
-        ring, basics, inner.shifts[1], assumed=outer.assumed, internal=True
+        ring,
+        basics,
+        inner.shifts[1],
+        assumed=outer.assumed,
+        internal=True,
+        least_tip=pairs.least_ring_tip(planet_gear, ring.teeth, a_pr),
     )
     planet_gear, ring_gear = pairs.make_room(
         planet_gear, ring_gear, a_pr, shorten=ring.tip_is_derived
@@ -489,6 +494,7 @@ def _pin_circle(carrier: Carrier, a_sp: float, a_pr: float) -> float:
     if not smallest < radius < largest:
         raise GearError(
             f"{carrier.name}: pin_circle_diameter {2e3 * radius:.5g} mm is far from "
-            f"twice the centre distance, {2e3 * a_sp:.5g} mm"
+            f"twice the centre distance: give {2e3 * a_sp:.5g} mm or nearly so, or "
+            "leave it out"
         )
     return radius

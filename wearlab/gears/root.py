@@ -198,12 +198,14 @@ def root_of(profile: RootProfile | None, name: str, cut: RackCut) -> ToothRoot:
     slack = math.pi / 4 - dedendum * math.tan(alpha)
     largest = slack * math.cos(alpha) / (1.0 - math.sin(alpha))
     if profile == "trochoid":
+        sharper = ""
+        if largest >= 0.0:
+            rounded_down = math.floor(1e3 * largest) / 1e3
+            sharper = f"fillet_radius_coefficient <= {rounded_down:.3f} or "
         raise GearError(
             f"{name}: no rack generates a root {dedendum:.4g} modules deep with a tip "
-            "rounding of "
-            f"{fillet:.3g} modules; give fillet_radius_coefficient <= "
-            f"{max(largest, 0.0):.3f}, a larger "
-            'root_diameter, or root_profile = "radial"'
+            f"rounding of {fillet:.3g} modules; give {sharper}root_profile = "
+            '"radial"'
         )
     flag = (
         f"root profile radial: a rounding of {fillet:.3g} modules exceeds the rack tip"
@@ -293,8 +295,8 @@ def ring_root(
     if centre(0.0) <= 0.0:
         raise GearError(
             f"{name}: the tooth space ends in a point below the root diameter "
-            f"{2e3 * r_f:.5g} mm; reduce the "
-            "dedendum or raise profile_shift_coefficient"
+            f"{2e3 * r_f:.5g} mm; give it a smaller dedendum_coefficient or "
+            "root_diameter"
         )
     fillet = 0.0 if profile == "radial" else cut.fillet * cut.module
     flags: tuple[str, ...] = ()

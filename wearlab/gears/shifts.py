@@ -65,10 +65,7 @@ def inverse_involute(value: float) -> float:
     20.0
     """
     if not value >= 0.0:
-        raise GearError(
-            f"the involute function cannot be {value:.6g}: the profile shifts are too "
-            "negative"
-        )
+        raise GearError(f"the involute function cannot be {value:.6g}; give 0 or more")
     if value == 0.0:
         return 0.0
     # with t = tan α: t − atan t = value, convex in t > 0, so Newton from the right is
@@ -179,7 +176,15 @@ def _position_of_shifts(
     x1, x2 = shifts
     a_d = 0.5 * module * sum(teeth)
     per_shift = 2.0 * math.tan(alpha) / sum(teeth)
-    alpha_w = inverse_involute(involute(alpha) + per_shift * (x1 + x2))
+    total = x1 + x2
+    least = -involute(alpha) / per_shift
+    if total < least:
+        sum_name = "sum" if min(teeth) > 0 else "difference"
+        raise GearError(
+            f"teeth of these profile shifts touch at no distance: their {sum_name} of "
+            f"{total:.4g} lies below {least:.4g}; bring it towards 0"
+        )
+    alpha_w = inverse_involute(max(0.0, involute(alpha) + per_shift * total))
     a = a_d * math.cos(alpha) / math.cos(alpha_w)
     return Operating(a, alpha_w, (x1, x2), (a - a_d) / module - (x1 + x2), ())
 

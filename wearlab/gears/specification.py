@@ -152,13 +152,16 @@ class ReliefFrom(NamedTuple):
             if square <= 0.0:
                 raise GearError(
                     f"{name}: tip_relief cannot start at {place}, inside the base "
-                    f"circle of {2e3 * base_radius:.6g} mm"
+                    f"circle of {2e3 * base_radius:.6g} mm; give a start_diameter "
+                    "between it and the tip diameter of "
+                    f"{2e3 * tip_radius:.6g} mm"
                 )
             start = math.sqrt(square)
         if not (start > tip if internal else start < tip):
             raise GearError(
                 f"{name}: tip_relief starts at {place}, which is not between root and "
-                "tip"
+                f"tip; the tip lies at a diameter of {2e3 * tip_radius:.6g} mm and a "
+                f"roll angle of {math.degrees(tip / base_radius):.4g} deg"
             )
         return Relief(self.amount, abs(tip - start), self.shape)
 

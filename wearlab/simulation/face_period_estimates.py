@@ -28,6 +28,10 @@ SHARE = 1.0
 LOAD_FACTOR_SHARE = 2.0
 """The same of K_Hβ, which is of first order in the outermost slices [1]."""
 
+WINDOWS = (1.0, 1.5)
+"""Windows at which K_Hβ is compared, over its own: slices of half the number may happen
+to fit one [1]."""
+
 
 def face_period_errors(
     model: assembly.GearModel,
@@ -50,10 +54,14 @@ def face_period_errors(
             contact_over_period(rough_contact, rough_lines), model.harmonics
         )
         window = normal_module(model, contact)
-        factor = load_factor(contact, lines, window)
-        rough_factor = load_factor(rough_contact, rough_lines, window)
         of_period = SHARE * numbers.differ(rough_numbers)
-        of_factor = LOAD_FACTOR_SHARE * abs(factor - rough_factor)
+        of_factor = LOAD_FACTOR_SHARE * max(
+            abs(
+                load_factor(contact, lines, share * window)
+                - load_factor(rough_contact, rough_lines, share * window)
+            )
+            for share in WINDOWS
+        )
         errors.append(np.append(of_period, of_factor))
     return PeriodErrors(*np.max(errors, axis=0))
 

@@ -19,12 +19,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from wearlab.arrays import Array, Index
+from wearlab.arrays import Array, Flags, Index
 from wearlab.gears.gear import DRIVING, GearPair
 from wearlab.gears.helix import SPUR, Helix
 from wearlab.gears.specification import GearError
 from wearlab.mesh.contact import MIN_CONTACT_LOAD_SHARE, ContactAnalysis
 from wearlab.mesh.exact.gaps import DisplacementBeyond
+from wearlab.mesh.face.deepest import deepest_deflection
 from wearlab.mesh.face.grid import FaceGrid
 from wearlab.mesh.face.solve import Section, ShearLayer, Slices, layer_of, solve_phases
 from wearlab.mesh.finite_element import compliance, elements, outline, solid
@@ -232,11 +233,51 @@ class FaceContact:
 
         return Section(
             body=body,
-            cross=stiffness.cross(unworn),
+            cross=self._shared_bodies(stiffness.cross(unworn)),
             hertz=contact,
             softening=softening / cosine,
             min_load=min_force / face_width,
         )
+
+    def _shared_bodies(self, cross: Array) -> Array:
+        """Return what pairs share of their bodies, of helical ones where both touch.
+
+        Oblique lines share in proportion to the width on which both may be loaded.
+        Nodes beyond A and E reach as far as the heaviest condition of a scene asks for,
+        and would count wherever they lie.
+
+        Parameters
+        ----------
+        cross : (n_apart, n_contact) with pairs 1, 2 … base pitches ahead [m/N]
+        """
+        if not self.helix.angle:
+            return cross
+        touches = self._touches
+        step = float(np.diff(self.grid.profile.position[:2]).item())
+        per_pitch = round(self.pitch / step)
+        shared = np.zeros_like(cross)
+        for row, pitches in enumerate(range(per_pitch, len(touches), per_pitch)):
+            if row < len(cross):
+                both = touches[:-pitches] & touches[pitches:]
+                shared[row, :-pitches] = np.where(both, cross[row, :-pitches], 0.0)
+        return shared
+
+    @property
+    def _touches(self) -> Flags:
+        """Whether unworn flanks may touch at a node under the static load (n_contact,).
+
+        On A to E, and beyond where the gap of tip corners is less than the deepest
+        deflection.
+        """
+        gap = self.gap(np.zeros((2, *self.grid.shape)))
+        of_section = self.analysis.unworn[1].deflection
+        even = float(of_section[np.isfinite(of_section)].max())
+        on_path = self.grid.profile.on_flank
+        deepest = [deepest_deflection(slices, even) for slices in gap[:, on_path].T]
+
+        touches = np.asarray(gap.min(axis=0) <= max(deepest) + gap[:, on_path].min())
+        touches[on_path] = True
+        return touches
 
     @cached_property
     def _slices(self) -> Slices:
