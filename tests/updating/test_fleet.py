@@ -21,7 +21,7 @@ from wearlab.store.updates import kept_updates, verify_updates
 from wearlab.updating import UpdateError, update
 from wearlab.updating.calendar import day_text
 from wearlab.updating.cases import studies
-from wearlab.updating.report_text import answers, fleet_tables, text_of
+from wearlab.updating.report_text import alerts, answers, fleet_tables, text_of
 from wearlab.updating.unit_clock import calendar_of
 
 TODAY = date(2026, 1, 1)
@@ -327,7 +327,7 @@ def test_two_files_that_contradict_are_told_and_two_that_agree_are_not(
         tree = update(fleet(tmp_path, text=text), store, progress=False)
         said.append([line.strip() for line in text_of(tree) if line.startswith("  ! ")])
         assert (tree["observed_data"]["unit_name"].values == "A").sum() == 3
-    assert said[0] == [] and len(said[1]) == 1
+    assert said[0] == [] and len(said[1]) == 4
     expected = (
         f"! A at {date[11:]} h: max wear depth pinion (depths.csv) shows much more "
         "wear than "
@@ -336,10 +336,23 @@ def test_two_files_that_contradict_are_told_and_two_that_agree_are_not(
         expected + "worn mass pinion (fleet.csv) leads to expect"
     )
     assert "the two contradict each other" in said[1][0]
-    life = tree["predictions_without"]["life_quantile"].sel(unit="A").values[2]
+    weighed_file = "worn mass pinion (fleet.csv)"
+    assert said[1][1].startswith("! A: max wear depth pinion (depths.csv) and worn")
+    assert f"! A, if {weighed_file} is right" in said[1][2]
+    assert "limit reached on 20" in said[1][2]
+    assert "! A, if max wear depth pinion (depths.csv) is right" in said[1][3]
+    assert "predictions_without" not in tree.children
+    sheets = tree["predictions_by_sheet"].to_dataset()
+    right = list(sheets["right"].values).index(weighed_file)
+    life = sheets["life_quantile"].values[right, 2]
     assert life == pytest.approx(
         kept[1]["predictions"]["life_quantile"].sel(unit="A").values[2], rel=0.05
     )
+    assert report_alerts(tree) == said[1]
+
+
+def report_alerts(tree):
+    return [f"! {line}" for line in alerts(text_of(tree))]
 
 
 def test_what_is_foreseen_of_an_inspection_does_not_know_it(tmp_path, store, kept):

@@ -126,7 +126,7 @@ def beside_emcee(emcee):
     sampler.run_mcmc(start, 6000)
     chain = sampler.get_chain(discard=1000, thin=5, flat=True)
     mine = {name: np.log(quantile(found, name, P)) for name in names}
-    theta, factor = joint_draws(found, 8000, rng)
+    theta, factor, _ = joint_draws(found, 8000, rng)
     mine |= {
         each.name: np.quantile(own, P) for each, own in zip(units, factor, strict=True)
     }
@@ -300,7 +300,9 @@ def test_a_population_that_is_known_gives_each_unit_its_conjugate_law():
     )
     rng = np.random.default_rng(0)
     mine = np.quantile(
-        factors(one, known, found.theta[equal_draws(found.weight(), 20_000, rng)], rng),
+        factors(
+            one, known, found.theta[equal_draws(found.weight(), 20_000, rng)], rng
+        ).log_factor,
         P,
     )
     exact = np.interp(P, np.cumsum(mass) / mass.sum(), u)
@@ -340,7 +342,7 @@ def test_intervals_of_lives_hold_the_truth_as_often_as_they_say():
             lives.append(grid[np.argmax(over)] if over.any() else np.inf)
             units.append(unit("a", grid[at], worn[at] + 5e-5 * rng.standard_normal(3)))
         found = fit_population(units, asked, seed)
-        states = states_now(found, *joint_draws(found, DRAWS, rng))
+        states = states_now(found, joint_draws(found, DRAWS, rng))
         ranks += [
             float(state.lives.life_below(life)[0])
             for state, life in zip(states, lives, strict=False)
@@ -355,7 +357,7 @@ def test_a_unit_that_was_not_measured_is_as_wide_as_the_population():
     units = [*simulated(10, 4, 6), unit("new", [], [])]
     found = fit_population(units, law("straying"), 0)
     rng = np.random.default_rng(0)
-    states = states_now(found, *joint_draws(found, DRAWS, rng))
+    states = states_now(found, joint_draws(found, DRAWS, rng))
     new = states[10]
     old = states[0]
     assert np.std(np.log(new.factor)) > 1.1 * quantile(found, "spread", np.array(0.5))
@@ -450,7 +452,7 @@ def test_a_load_that_contradicts_two_sheets_leaves_the_factors_right(faster):
     members, log_factor = two_sheets(faster)
     found = fit_population(members, law_of_two_sheets(), 0)
     assert found.resolved
-    _, drawn = joint_draws(found, 400, np.random.default_rng(0))
+    _, drawn, _ = joint_draws(found, 400, np.random.default_rng(0))
     low, middle, high = np.quantile(drawn, (0.05, 0.5, 0.95), axis=1)
     assert np.sum((low < log_factor) & (log_factor < high)) >= 11
     assert np.abs(middle - log_factor).mean() < 0.15
@@ -470,7 +472,7 @@ def test_a_unit_that_contradicts_itself_is_refused(wrong):
         members[3], blocks=(depths, replace(masses, rows=masses.rows[:0]))
     )
     found = fit_population([*members[:3], without, *members[4:]], known, 0)
-    _, drawn = joint_draws(found, 400, np.random.default_rng(0))
+    _, drawn, _ = joint_draws(found, 400, np.random.default_rng(0))
     assert np.abs(np.median(drawn, axis=1) - log_factor).max() < 0.3
 
 

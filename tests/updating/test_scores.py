@@ -59,7 +59,7 @@ def test_scores_are_those_of_a_library():
     assert mine[:, 1] == pytest.approx(library.interval_score(truth, low, high, 0.1))
     one = unit("a", [1e4], [1.3e-3])
     states = states_now(
-        found := fit_population([one], law(), 0), *joint_draws(found, 400, rng)
+        found := fit_population([one], law(), 0), joint_draws(found, 400, rng)
     )
     mean, sd = states[0].measured(2e4)
     draws = mean + sd * np.random.default_rng(2).standard_normal(len(mean))

@@ -132,7 +132,7 @@ def _days_of_fleet(tree: "xr.DataTree") -> Iterator[UnitDays]:
     alerts = report_text.alerts(report_text.text_of(tree))
     for k in report_text.urgency(predictions):
         name = str(predictions["unit"].values[k])
-        begins = (f"{name} ", f"unit {name}:")
+        begins = (f"{name} ", f"{name}:", f"{name}, if ", f"unit {name}:")
         reasons = [alert for alert in alerts if alert.startswith(begins)]
         if float(predictions["now"][k]) <= 0.0:
             reasons.append("it was never measured")

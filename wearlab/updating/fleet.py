@@ -21,6 +21,7 @@ from wearlab.updating import (
 from wearlab.updating.cases import Subject, Subjects
 from wearlab.updating.fleet_inspections import inspection_scores, inspection_table
 from wearlab.updating.fleet_members import FleetMember
+from wearlab.updating.fleet_sheets import sheet_table
 from wearlab.updating.new_parts import FleetParts
 from wearlab.updating.population import Population
 from wearlab.updating.unit_states import (
@@ -64,24 +65,32 @@ def fleet_groups(parts: FleetParts, *, replay: bool) -> dict[str, xr.Dataset]:
 
     rng = np.random.default_rng([spec.seed, 1])
     blanks = _blanks(fleet, rng)
-    theta, log_factors = joint_draws(fleet, spec.draws, rng)
+    draws = joint_draws(fleet, spec.draws, rng)
     rows = inspection_table(fleet, blanks, rng)
     in_service = [part.study for part in parts.in_service]
-    states = states_now(fleet, theta, log_factors)[: len(in_service)]
+    states = states_now(fleet, draws)[: len(in_service)]
     predictions = _predictions(in_service, fleet, states, blanks)
     groups = {
-        "posterior": _posterior(fleet, theta, log_factors[: len(in_service)], rng),
+        "posterior": _posterior(
+            fleet, draws.theta, draws.log_factor[: len(in_service)], rng
+        ),
         "predictions": predictions,
         "observed_data": rows,
         "sample_stats": _statistics(
-            parts, fleet, theta, rows if replay else xr.Dataset()
+            parts, fleet, draws.theta, rows if replay else xr.Dataset()
         ),
     }
-    if rows and rows["flagged"].values.any():
-        flagged = rows.isel(observation=rows["flagged"].values)
-        groups["predictions_without"] = _predictions_without(
-            in_service, fleet, flagged, rng
-        )
+    sheets = sheet_table(in_service, fleet, rng)
+    if sheets:
+        groups["predictions_by_sheet"] = sheets
+    if rows:
+        # of two sheets that contradict each other there is an answer by either
+        is_left_out = rows["flagged"].values & (rows["against"].values == "")
+        if is_left_out.any():
+            left_out = rows.isel(observation=is_left_out)
+            groups["predictions_without"] = _predictions_without(
+                in_service, fleet, left_out, rng
+            )
     return groups
 
 
@@ -104,7 +113,7 @@ def _predictions_without(
 ) -> xr.Dataset:
     """Return the predictions without inspections that contradict the others."""
     sound = population.fit_population(_without(fleet, flagged), fleet.law, 0)
-    states = states_now(sound, *joint_draws(sound, DRAWS, rng))[: len(studies)]
+    states = states_now(sound, joint_draws(sound, DRAWS, rng))[: len(studies)]
     return _predictions(studies, sound, states, _blanks(sound, rng))
 
 

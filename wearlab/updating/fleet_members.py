@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
@@ -21,9 +22,25 @@ from wearlab.updating.fleet_law import (
     Shared,
 )
 from wearlab.updating.run_curves import RunHistory
+from wearlab.updating.sheet_doubts import log_of_doubt
 
 SMALLEST_SHARE = 0.1  # of its mean course that a unit is worn
 MAX_SHARED = 5  # unknowns that all units share
+
+
+class SheetReading(NamedTuple):
+    """A unit, if some of its sheets are sound.
+
+    Parameters
+    ----------
+    unit : with its sound sheets
+    aside : with the sheet that has a scale of its own, None where all are sound
+    log_prior : log of the probability of that before
+    """
+
+    unit: "FleetMember"
+    aside: "FleetMember | None"
+    log_prior: float
 
 
 @dataclass(frozen=True)
@@ -65,6 +82,40 @@ class FleetMember:
     def cycles(self) -> Array:
         """The times of inspections, rising [cycles]."""
         return np.unique([inspection.cycle for _, inspection in self.inspections])
+
+    @cached_property
+    def sheets(self) -> list[int]:
+        """The numbers of those blocks of the file that tell where the unit stands.
+
+        Each but once; a block with an unknown gain has a scale of its own anyway.
+        """
+        numbers = [
+            block.data.number
+            for block in self.blocks
+            if len(block.rows) and not block.data.error.gain_sd
+        ]
+        return list(dict.fromkeys(numbers))
+
+    @cached_property
+    def readings(self) -> tuple[SheetReading, ...]:
+        """The unit if all of its sheets are sound, and if one is not, each in turn."""
+        log_all_sound, log_doubt = log_of_doubt(len(self.sheets))
+        readings = [SheetReading(self, None, log_all_sound)]
+        for doubted in self.sheets if len(self.sheets) > 1 else ():
+            aside = self._with_sheet(doubted, kept=True)
+            sound = self._with_sheet(doubted, kept=False)
+            readings.append(SheetReading(sound, aside, log_doubt))
+        return tuple(readings)
+
+    def _with_sheet(self, number: int, *, kept: bool) -> "FleetMember":
+        """Return the unit with one sheet alone, or with all others."""
+        blocks = [
+            block
+            if (block.data.number == number) is kept
+            else replace(block, rows=block.rows[:0])
+            for block in self.blocks
+        ]
+        return replace(self, blocks=tuple(blocks))
 
     @property
     def whole(self) -> list[int]:

@@ -28,10 +28,14 @@ from wearlab.arrays import Array, Random
 from wearlab.updating import data_blocks, grids, measurements
 from wearlab.updating.fleet_law import STRAYING, Law
 from wearlab.updating.fleet_members import FleetMember
-from wearlab.updating.unit_factors import masses
+from wearlab.updating.unit_factors import masses_by_reading
 
 STRAYED = 0.7  # of ln f below where it is so small: no course explains the unit
 MAX_STRAYING = 5.0  # times itself, that the wear of units may stray by
+# units with sheets that contradict each other, and their share of those with several,
+# above which it is not the sheets that are wrong
+MAX_DOUBTED = 2
+MAX_DOUBTED_SHARE = 0.5
 REMEDY = (
     "look at the units and hours of its values and at update.record, leave out what is "
     "wrong (one of several sheets), or give a larger error.sd"
@@ -62,7 +66,7 @@ class Population:
         multiplied by
     theta : (p, parameters) ln of the parameters at its points
     log_prior : (p,) of the prior times the lattice's cell
-    log_marginal : (units, p) ln Z of each unit
+    by_reading : of each unit (readings, p) ln Z of each reading of its sheets
     resolved : whether the lattice holds the posterior
     """
 
@@ -72,8 +76,13 @@ class Population:
     root: Array
     theta: Array
     log_prior: Array
-    log_marginal: Array
+    by_reading: tuple[Array, ...]
     resolved: bool
+
+    @cached_property
+    def log_marginal(self) -> Array:
+        """The logs of Z of each unit, whichever of its sheets are sound, (units, p)."""
+        return np.stack([_of_all(logs) for logs in self.by_reading])
 
     @property
     def evidence(self) -> float:
@@ -91,6 +100,27 @@ class Population:
         if without is not None:
             logs = logs - self.log_marginal[without]
         return np.asarray(softmax(logs))
+
+    def weight_of_reading(self, number: int, reading: int) -> Array:
+        """Return how probable each point is together with a reading of a unit, (p,).
+
+        Parameters
+        ----------
+        number : of the unit
+        reading : number of the reading
+        """
+        log_share = self.by_reading[number][reading] - self.log_marginal[number]
+        return np.asarray(self.weight() * np.exp(log_share))
+
+    def reading_probabilities(self, number: int) -> Array:
+        """Return how probable each reading of a unit's sheets is, (readings,).
+
+        Parameters
+        ----------
+        number : of the unit
+        """
+        readings = range(len(self.by_reading[number]))
+        return np.array([self.weight_of_reading(number, n).sum() for n in readings])
 
     @cached_property
     def _between(self) -> tuple[Array, Array]:
@@ -164,22 +194,32 @@ def _contradiction(names: str) -> measurements.UpdateError:
     )
 
 
-def _refuse_strayed(fleet: Population, log_factors: Array) -> None:
+def _refuse_strayed(fleet: Population, means: Sequence[Array]) -> None:
     """Refuse units whose wear strays by far more than itself, or back to almost new.
 
-    ``log_factors`` are the means of ln f of units at the lattice's points, (units, p).
+    Or most of whose sheets contradict each other. ``means`` are those of ln f of units
+    by each reading at the lattice's points, (readings, p) each.
     """
     weight = fleet.weight()
     shared = fleet.law.shared(fleet.mean[None])
-    names = [
-        unit.name
-        for unit, mean in zip(fleet.units, log_factors @ weight, strict=True)
-        if mean > unit.largest_log_factor(shared) - STRAYED
-    ]
-    if len(names) > 3:
-        names[3:] = [f"{len(names) - 3} others"]
-    if names:
-        raise _contradiction(", ".join(names))
+    strayed = []
+    doubted = []
+    for number, unit in enumerate(fleet.units):
+        likeliest = int(np.argmax(fleet.reading_probabilities(number)))
+        reading = unit.readings[likeliest]
+        mean = means[number][likeliest] @ weight
+        if mean > reading.unit.largest_log_factor(shared) - STRAYED:
+            strayed.append(unit.name)
+        if reading.aside is not None:
+            doubted.append(unit.name)
+
+    several = sum(len(unit.readings) > 1 for unit in fleet.units)
+    if len(doubted) > max(MAX_DOUBTED, MAX_DOUBTED_SHARE * several):
+        strayed = doubted
+    if len(strayed) > 3:
+        strayed[3:] = [f"{len(strayed) - 3} others"]
+    if strayed:
+        raise _contradiction(", ".join(strayed))
     for parameter, mean in zip(fleet.law.parameters, weight @ fleet.theta, strict=True):
         if parameter.name == STRAYING and mean > np.log(MAX_STRAYING):
             raise _contradiction("the units")
@@ -209,25 +249,40 @@ def _log_prior(law: Law, theta: Array) -> Array:
     return np.asarray(sum(logs))
 
 
+class UnitKnowledge(NamedTuple):
+    """What is known of a unit at points of what all share.
+
+    Parameters
+    ----------
+    log_marginal : ln Z by each reading of its sheets, (readings, p); 0 of a unit that
+        was not measured
+    mean : of ln f by each, (readings, p)
+    """
+
+    log_marginal: Array
+    mean: Array
+
+
 def _known_of_units(
     units: Sequence[FleetMember], law: Law, theta: Array
-) -> tuple[Array, Array]:
-    """Return ln Z and the mean of ln f of units at points, (units, p) both.
-
-    ln Z is 0 of a unit that was not measured, the mean that of the population.
-    """
-    log_marginals = []
-    means = []
+) -> list[UnitKnowledge]:
+    """Return what is known of units at points (p, parameters)."""
+    known = []
     for unit in units:
-        log_marginal = np.zeros(len(theta))
-        mean = theta[:, -1]
-        if len(unit.cycles):
-            known = masses(unit, law, theta)
-            log_marginal = known.log_marginal
-            mean = known.mass @ known.log_factor / known.mass.sum(axis=1)
-        log_marginals.append(log_marginal)
-        means.append(mean)
-    return np.stack(log_marginals), np.stack(means)
+        by_reading = masses_by_reading(unit, law, theta) if len(unit.cycles) else []
+        log_marginal = [one.log_marginal for one in by_reading]
+        mean = [one.mass @ one.log_factor / one.mass.sum(axis=1) for one in by_reading]
+        unmeasured = UnitKnowledge(np.zeros((1, len(theta))), theta[None, :, -1])
+        measured = UnitKnowledge(np.array(log_marginal), np.array(mean))
+        known.append(measured if by_reading else unmeasured)
+    return known
+
+
+def _of_all(log_marginal: Array) -> Array:
+    """Return ln Z of a unit, whichever of its sheets are sound, (p,)."""
+    if len(log_marginal) == 1:
+        return log_marginal[0]
+    return np.asarray(logsumexp(log_marginal, axis=0))
 
 
 def _prior_law(law: Law) -> NormalLaw:
@@ -257,7 +312,8 @@ def _fitted_law(
         random = qmc.Sobol(d, rng=seed + n).random(FIT_POINTS)
         z = ndtri(np.clip(random, 1e-6, 1.0 - 1e-6))
         theta = fit.at(z)
-        log_seen = _known_of_units(fitted_units, law, theta)[0].sum(axis=0)
+        known = _known_of_units(fitted_units, law, theta)
+        log_seen = np.sum([_of_all(one.log_marginal) for one in known], axis=0)
         log_before = _log_prior(law, theta) + 0.5 * np.sum(z * z, axis=1)
 
         share = _largest_share(share, log_before, log_seen)
@@ -295,7 +351,7 @@ def _on_lattice(units: Sequence[FleetMember], law: Law, fit: NormalLaw) -> Popul
     for _ in range(LATTICE_ROUNDS):
         theta = fit.at(z)
         cell = float(np.linalg.slogdet(fit.root)[1]) + d * np.log(SPACING[d])
-        log_marginal, log_factors = _known_of_units(units, law, theta)
+        known = _known_of_units(units, law, theta)
         population = Population(
             law=law,
             units=tuple(units),
@@ -303,7 +359,7 @@ def _on_lattice(units: Sequence[FleetMember], law: Law, fit: NormalLaw) -> Popul
             root=fit.root,
             theta=theta,
             log_prior=_log_prior(law, theta) + cell,
-            log_marginal=log_marginal,
+            by_reading=tuple(one.log_marginal for one in known),
             resolved=True,
         )
 
@@ -316,7 +372,7 @@ def _on_lattice(units: Sequence[FleetMember], law: Law, fit: NormalLaw) -> Popul
         if np.abs(offset).max() < 0.3 and 0.7 < ratio.min() and ratio.max() < 1.2:
             break
         fit = better
-    _refuse_strayed(population, log_factors)
+    _refuse_strayed(population, [one.mean for one in known])
     return replace(population, resolved=edge < EDGE)
 
 

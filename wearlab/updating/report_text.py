@@ -25,6 +25,7 @@ from wearlab.updating.calendar import (
 )
 from wearlab.updating.layout import P, digits, rendered
 from wearlab.updating.sampling import ALARM
+from wearlab.updating.sheet_text import sheet_lines
 
 DERIVED = ("wear_coefficient", "life", "remaining_useful_life")
 WITHOUT = "remaining_without_"
@@ -437,6 +438,7 @@ def _fleet(tree: xr.DataTree) -> dict[str, Any]:
         "title": str(tree.attrs.get("title", "")),
         "notes": _listed(stats),
         "flagged": _flagged(predictions, rows),
+        "sheets": sheet_lines(tree),
         "unlike": _unlike_the_others(predictions),
         "table": _table([heads, *unit_rows]),
         "about": fleet_about(tree),

@@ -10,11 +10,13 @@ from typing import NamedTuple
 
 import numpy as np
 from scipy.interpolate import CubicSpline
+from scipy.special import softmax
 
 from wearlab.arrays import Array, Index, Random
 from wearlab.updating import grids, interval_blocks, kalman, likelihood
 from wearlab.updating.fleet_law import Law, Shared
 from wearlab.updating.fleet_members import FleetMember
+from wearlab.updating.sheet_doubts import FAR, log_with_scale
 
 NODES = 65  # of a unit's grid
 DEPTH = 60.0  # of a unit's log likelihood below its top that counts
@@ -208,7 +210,11 @@ class UnitMasses(NamedTuple):
 
 
 def masses(
-    unit: FleetMember, law: Law, theta: Array, cycles: Array | None = None
+    unit: FleetMember,
+    law: Law,
+    theta: Array,
+    cycles: Array | None = None,
+    aside: FleetMember | None = None,
 ) -> UnitMasses:
     """Return what is known of a unit's factor at points of what the units share.
 
@@ -219,6 +225,7 @@ def masses(
     theta : ln of the parameters, (p, parameters)
     cycles : (cycles,) up to each of which measurements count, the masses then being
         (cycles, p, n) [all count]
+    aside : the unit with a sheet that has a scale of its own [none has]
     """
     spread = np.exp(theta[:, -2])
     median = theta[:, -1]
@@ -231,6 +238,8 @@ def masses(
     # a range is left though all points lie beyond what was measured
     ends = np.array([low, max(min(high, unit.largest_log_factor(shared)), low + 1.0)])
     u, logs = _likelihood_on_grid(unit, shared, ends, cycles)
+    if aside is not None:
+        logs = logs + _with_scale(aside, shared, ends, u)
 
     z = (u - median[:, None]) / spread[:, None]
     log_norm = np.log(spread * np.sqrt(2.0 * np.pi))[:, None]
@@ -242,8 +251,49 @@ def masses(
     return UnitMasses(u, mass, top + np.log(mass.sum(axis=-1)))
 
 
-def factors(unit: FleetMember, law: Law, theta: Array, rng: Random) -> Array:
-    """Return a draw of ln f of a unit for each of points, given its measurements, (n,).
+def _with_scale(aside: FleetMember, shared: Shared, ends: Array, u: Array) -> Array:
+    """Return the log likelihood of a sheet with a scale of its own at ln f, (p, n)."""
+    farthest = np.array([ends[0] - FAR, ends[1] + FAR])
+    largest = aside.largest_log_factor(shared)
+    farthest[1] = max(min(farthest[1], largest), farthest[0] + 1.0)
+    log_factor, log_mass = _likelihood_on_grid(aside, shared, farthest, None)
+    return log_with_scale(u, log_factor, log_mass)
+
+
+def masses_by_reading(unit: FleetMember, law: Law, theta: Array) -> list[UnitMasses]:
+    """Return what is known of a unit's factor by each reading of its sheets.
+
+    The logs of marginals have the probability of that reading before.
+
+    Parameters
+    ----------
+    unit : with its measurements
+    law : what is unknown of all units together
+    theta : ln of the parameters, (p, parameters)
+    """
+    known = []
+    for reading in unit.readings:
+        of_reading = masses(reading.unit, law, theta, aside=reading.aside)
+        log_marginal = of_reading.log_marginal + reading.log_prior
+        known.append(of_reading._replace(log_marginal=log_marginal))
+    return known
+
+
+class FactorDraws(NamedTuple):
+    """Draws of what is known of a unit, one for each draw of what all share.
+
+    Parameters
+    ----------
+    log_factor : ln f, (n,)
+    reading : which of the readings of its sheets holds, (n,)
+    """
+
+    log_factor: Array
+    reading: Index
+
+
+def factors(unit: FleetMember, law: Law, theta: Array, rng: Random) -> FactorDraws:
+    """Return a draw of ln f of a unit for each of points, given its measurements.
 
     Parameters
     ----------
@@ -252,9 +302,26 @@ def factors(unit: FleetMember, law: Law, theta: Array, rng: Random) -> Array:
     theta : ln of the parameters, (n, parameters)
     rng : of the draws
     """
+    all_sound = np.zeros(len(theta), np.intp)
     if not len(unit.cycles):
         spread = np.exp(theta[:, -2])
-        return np.asarray(theta[:, -1] + spread * rng.standard_normal(len(theta)))
+        log_factor = theta[:, -1] + spread * rng.standard_normal(len(theta))
+        return FactorDraws(log_factor, all_sound)
+
     points, rows = np.unique(theta, axis=0, return_inverse=True)
-    known = masses(unit, law, points)
-    return grids.draws_along_grid(known.log_factor, known.mass, rows.ravel(), rng)
+    rows = rows.ravel()
+    known = masses_by_reading(unit, law, points)
+    reading = all_sound
+    if len(known) > 1:
+        log_marginals = np.stack([one.log_marginal for one in known])
+        below = np.cumsum(softmax(log_marginals, axis=0), axis=0)[:-1]
+        reading = np.sum(rng.random(len(rows)) > below[:, rows], axis=0)
+
+    log_factor = np.empty(len(rows))
+    for number, one in enumerate(known):
+        chosen = np.flatnonzero(reading == number)
+        if len(chosen):
+            log_factor[chosen] = grids.draws_along_grid(
+                one.log_factor, one.mass, rows[chosen], rng
+            )
+    return FactorDraws(log_factor, reading)

@@ -3,11 +3,12 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from scipy.special import ndtr
 
-from wearlab.arrays import Array, Random
+from wearlab.arrays import Array, Index, Random
 from wearlab.updating import fleet_law, lives, run_curves, unit_factors
 from wearlab.updating.fleet_law import Law
 from wearlab.updating.fleet_members import FleetMember
@@ -231,10 +232,23 @@ def _last_block(unit: FleetMember, count: int) -> int | None:
     return next(measured, next(iter(whole), None))
 
 
-def joint_draws(fleet: Population, n: int, rng: Random) -> tuple[Array, Array]:
-    """Return draws of what units share, and of ln f of each unit with it.
+class JointDraws(NamedTuple):
+    """Equally probable draws of all that is not known of a fleet.
 
-    They are (n, parameters) and (units, n).
+    Parameters
+    ----------
+    theta : ln of what units share, (n, parameters)
+    log_factor : ln f of each unit with it, (units, n)
+    reading : which reading of each unit's sheets holds, (units, n)
+    """
+
+    theta: Array
+    log_factor: Array
+    reading: Index
+
+
+def joint_draws(fleet: Population, n: int, rng: Random) -> JointDraws:
+    """Return draws of what units share, and of ln f of each unit with it.
 
     Parameters
     ----------
@@ -243,28 +257,75 @@ def joint_draws(fleet: Population, n: int, rng: Random) -> tuple[Array, Array]:
     rng : of the draws
     """
     theta, near = fleet.parameters(n, rng)
-    log_factors = [
+    of_units = [
         unit_factors.factors(unit, fleet.law, near, rng) for unit in fleet.units
     ]
-    return theta, np.stack(log_factors)
+    log_factor = np.stack([one.log_factor for one in of_units])
+    return JointDraws(theta, log_factor, np.stack([one.reading for one in of_units]))
 
 
-def states_now(fleet: Population, theta: Array, log_factor: Array) -> States:
+def states_now(fleet: Population, draws: JointDraws) -> States:
     """Return the states of all units after all measurements, by `DRAWS` draws at most.
 
     Parameters
     ----------
     fleet : what is known of all units
-    theta, log_factor : as `joint_draws` returns them
+    draws : of all that is not known of it
     """
-    count = min(len(theta), DRAWS)
-    chosen = np.linspace(0, len(theta) - 1, count).astype(int)
+    count = min(len(draws.theta), DRAWS)
+    chosen = np.linspace(0, len(draws.theta) - 1, count).astype(int)
+    theta = draws.theta[chosen]
+    return [
+        _state_now(fleet.law, unit, theta, log_factor[chosen], reading[chosen])
+        for unit, log_factor, reading in zip(fleet.units, *draws[1:], strict=True)
+    ]
+
+
+def _state_now(
+    law: Law, unit: FleetMember, theta: Array, log_factor: Array, reading: Index
+) -> UnitState:
+    """Return the state of a unit, each draw after the sheets that are sound in it."""
     now = np.array([np.inf])
-    states = []
-    for unit, log_factors in zip(fleet.units, log_factor, strict=True):
-        chosen_factors = log_factors[None, chosen]
-        states += states_of(fleet.law, unit, theta[None, chosen], chosen_factors, now)
-    return states
+    (state,) = states_of(law, unit, theta[None], log_factor[None], now)
+    drift_mean = state.drift_mean.copy()
+    drift_variance = state.drift_variance.copy()
+    since = np.array(state.since)
+    for number in range(1, len(unit.readings)):
+        drawn = np.flatnonzero(reading == number)
+        if len(drawn):
+            sound = unit.readings[number].unit
+            of_drawn = (theta[None, drawn], log_factor[None, drawn])
+            (of_sound,) = states_of(law, sound, *of_drawn, now)
+            drift_mean[drawn] = of_sound.drift_mean
+            drift_variance[drawn] = of_sound.drift_variance
+            since[drawn] = of_sound.since
+    return replace(
+        state, drift_mean=drift_mean, drift_variance=drift_variance, since=since
+    )
+
+
+def state_of_reading(
+    fleet: Population, number: int, reading: int, rng: Random
+) -> UnitState:
+    """Return the state of a unit after all measurements, if a reading of it holds.
+
+    Parameters
+    ----------
+    fleet : what is known of all units
+    number : of the unit
+    reading : number of the reading of its sheets
+    rng : of the draws
+    """
+    unit = fleet.units[number]
+    sound = unit.readings[reading]
+    weight = fleet.weight_of_reading(number, reading)
+    theta = fleet.theta[equal_draws(weight / weight.sum(), DRAWS, rng)]
+    points, rows = np.unique(theta, axis=0, return_inverse=True)
+    known = unit_factors.masses(sound.unit, fleet.law, points, aside=sound.aside)
+    log_factor = draws_along_grid(known.log_factor, known.mass, rows.ravel(), rng)
+    now = np.array([np.inf])
+    (state,) = states_of(fleet.law, sound.unit, theta[None], log_factor[None], now)
+    return replace(state, unit=unit)
 
 
 def states_after(
@@ -291,7 +352,7 @@ def states_after(
     size = INSPECTED_STATES
     theta = fleet.theta[equal_draws(fleet.weight(number), size, rng)]
     if not len(unit.cycles):
-        log_factor = unit_factors.factors(unit, fleet.law, theta, rng)
+        log_factor = unit_factors.factors(unit, fleet.law, theta, rng).log_factor
         return states_of(fleet.law, unit, theta[None], log_factor[None], until)
 
     points, rows = np.unique(theta, axis=0, return_inverse=True)
