@@ -12,7 +12,6 @@ from wearlab.updating import (
     answers,
     data_blocks,
     decision,
-    fleet_members,
     interval_blocks,
     layout,
     population,
@@ -60,7 +59,7 @@ def fleet_groups(parts: FleetParts, *, replay: bool) -> dict[str, xr.Dataset]:
     for unit in units:
         for block in unit.blocks:
             interval_blocks.refuse_many(block)
-    law = fleet_members.law_of(spec.fleet, prior, units)
+    law = population.law_of(spec.fleet, prior, units)
     fleet = population.fit_population(units, law, spec.seed)
 
     rng = np.random.default_rng([spec.seed, 1])

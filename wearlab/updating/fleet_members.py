@@ -1,6 +1,5 @@
 """The units of a fleet with what was measured of each, and the law that they share."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
@@ -8,24 +7,14 @@ from typing import NamedTuple
 import numpy as np
 
 from wearlab.arrays import Array, Index
-from wearlab.campaign.distributions import Distribution
-from wearlab.campaign.update_options import Fleet
-from wearlab.units import HOUR
-from wearlab.updating import data_blocks, interval_blocks, kalman, measurements
+from wearlab.updating import data_blocks, interval_blocks, kalman
 from wearlab.updating.fleet_law import (
-    MEDIAN,
-    POWER,
-    SPREAD,
-    STRAYING,
-    Law,
-    Parameter,
     Shared,
 )
 from wearlab.updating.run_curves import RunHistory
 from wearlab.updating.sheet_doubts import log_of_doubt
 
 SMALLEST_SHARE = 0.1  # of its mean course that a unit is worn
-MAX_SHARED = 5  # unknowns that all units share
 
 
 class SheetReading(NamedTuple):
@@ -207,54 +196,3 @@ class FleetMember:
         until = data_blocks.select_by_cycle(self.blocks, self.run, np.less_equal, cycle)
         earlier = data_blocks.select_by_cycle(self.blocks, self.run, np.less, cycle)
         return replace(self, blocks=(*until[:n], *earlier[n:]))
-
-
-def law_of(fleet: Fleet, prior: Distribution, units: Sequence[FleetMember]) -> Law:
-    """Return what is unknown of all units together.
-
-    Parameters
-    ----------
-    fleet : as the campaign says it
-    prior : of the median factor on the wear coefficient
-    units : with their runs and measurements
-
-    Raises
-    ------
-    UpdateError : that is more than five numbers
-    """
-    sds = [block.sd for block in units[0].blocks]
-    parameters = []
-    known: dict[str, float] = {}
-    for name, value in ((POWER, fleet.power), (STRAYING, fleet.straying)):
-        if isinstance(value, Distribution):
-            parameters.append(Parameter(name, value))
-        else:
-            known[name] = value
-    for n, sd in enumerate(sds):
-        if sd.prior:
-            parameters.append(Parameter(f"sd_{n}", sd.prior, sd.scale))
-    parameters.append(Parameter(SPREAD, fleet.spread))
-    parameters.append(Parameter(MEDIAN, prior))
-
-    if len(parameters) > MAX_SHARED:
-        message = (
-            f"{len(parameters)} numbers are unknown to all units, at most {MAX_SHARED} "
-            "can be: give power or straying as a number, or an error.sd"
-        )
-        raise measurements.UpdateError(f"update.population: {message}")
-    return Law(
-        tuple(parameters),
-        _reference_of(fleet, units),
-        sd=tuple(sd.known for sd in sds),
-        **known,
-    )
-
-
-def _reference_of(fleet: Fleet, units: Sequence[FleetMember]) -> float:
-    """Return T as the campaign says, else in the middle of inspections [cycles]."""
-    run = units[0].run
-    if fleet.reference is not None:
-        return fleet.reference * HOUR / run.seconds_per_cycle
-    times = np.concatenate([unit.run.equal(unit.cycles) for unit in units])
-    worn_times = times[times > 0.0]
-    return float(np.median(worn_times)) if len(worn_times) else run.end - run.start

@@ -25,8 +25,11 @@ from scipy.special import logsumexp, ndtri, softmax
 from scipy.stats import qmc
 
 from wearlab.arrays import Array, Random
+from wearlab.campaign.distributions import Distribution
+from wearlab.campaign.update_options import Fleet
+from wearlab.units import HOUR
 from wearlab.updating import data_blocks, grids, measurements
-from wearlab.updating.fleet_law import STRAYING, Law
+from wearlab.updating.fleet_law import MEDIAN, POWER, SPREAD, STRAYING, Law, Parameter
 from wearlab.updating.fleet_members import FleetMember
 from wearlab.updating.unit_factors import masses_by_reading
 
@@ -40,6 +43,7 @@ REMEDY = (
     "look at the units and hours of its values and at update.record, leave out what is "
     "wrong (one of several sheets), or give a larger error.sd"
 )
+MAX_SHARED = 5  # unknowns that all units share
 RADIUS = 4.5  # of the lattice, in standard deviations
 SPACING = {1: 0.1, 2: 0.25, 3: 0.5, 4: 0.8, 5: 1.0}  # of the lattice, by its dimensions
 # points between the lattice's; times as wide as the fitted law they lie
@@ -53,6 +57,57 @@ FIT_ROUNDS = 12
 EFFECTIVE_POINTS = 16.0  # that a round needs to be trusted
 BISECTIONS = 30  # of the share of the likelihood that counts
 LATTICE_ROUNDS = 3  # in which the lattice is laid anew about the posterior
+
+
+def law_of(fleet: Fleet, prior: Distribution, units: Sequence[FleetMember]) -> Law:
+    """Return what is unknown of all units together.
+
+    Parameters
+    ----------
+    fleet : as the campaign says it
+    prior : of the median factor on the wear coefficient
+    units : with their runs and measurements
+
+    Raises
+    ------
+    UpdateError : that is more than five numbers
+    """
+    sds = [block.sd for block in units[0].blocks]
+    parameters = []
+    known: dict[str, float] = {}
+    for name, value in ((POWER, fleet.power), (STRAYING, fleet.straying)):
+        if isinstance(value, Distribution):
+            parameters.append(Parameter(name, value))
+        else:
+            known[name] = value
+    for n, sd in enumerate(sds):
+        if sd.prior:
+            parameters.append(Parameter(f"sd_{n}", sd.prior, sd.scale))
+    parameters.append(Parameter(SPREAD, fleet.spread))
+    parameters.append(Parameter(MEDIAN, prior))
+
+    if len(parameters) > MAX_SHARED:
+        message = (
+            f"{len(parameters)} numbers are unknown to all units, at most {MAX_SHARED} "
+            "can be: give power or straying as a number, or an error.sd"
+        )
+        raise measurements.UpdateError(f"update.population: {message}")
+    return Law(
+        tuple(parameters),
+        _reference_of(fleet, units),
+        sd=tuple(sd.known for sd in sds),
+        **known,
+    )
+
+
+def _reference_of(fleet: Fleet, units: Sequence[FleetMember]) -> float:
+    """Return T as the campaign says, else in the middle of inspections [cycles]."""
+    run = units[0].run
+    if fleet.reference is not None:
+        return fleet.reference * HOUR / run.seconds_per_cycle
+    times = np.concatenate([unit.run.equal(unit.cycles) for unit in units])
+    worn_times = times[times > 0.0]
+    return float(np.median(worn_times)) if len(worn_times) else run.end - run.start
 
 
 @dataclass(frozen=True)

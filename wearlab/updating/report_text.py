@@ -470,7 +470,20 @@ def _flagged(predictions: xr.Dataset, rows: xr.Dataset) -> list[dict[str, Any]]:
     flagged = [dict(zip(keys, row, strict=True)) for row in zip(*columns, strict=True)]
     for row in flagged:
         row["hours"] = hour[row["unit_name"]] * row["cycle"]
-    return flagged
+    return [row for row in flagged if not _is_told_before(row, flagged)]
+
+
+def _is_told_before(row: dict[str, Any], flagged: Sequence[dict[str, Any]]) -> bool:
+    """Whether another reading tells more clearly that the same two sheets disagree."""
+    if not row["against"]:
+        return False
+    sheets = {row["what"], row["against"]}
+    for other in flagged:
+        same_unit = other["unit_name"] == row["unit_name"]
+        if same_unit and {other["what"], other["against"]} == sheets:
+            if other["check_p"] < row["check_p"]:
+                return True
+    return False
 
 
 def _unlike_the_others(predictions: xr.Dataset) -> list[dict[str, Any]]:
