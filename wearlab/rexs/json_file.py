@@ -14,12 +14,14 @@ from wearlab.rexs.document import (
     RexsError,
     document_of,
 )
+from wearlab.rexs.xml_file import plain
 from wearlab.units import is_number
 
 NUMBERS = ("floating_point", "integer", "reference_component", "file_reference")
 LARGEST = 1e300
 """Beyond it a number is nonsense, and a whole one would be no float."""
 TEXTS = ("string", "enum", "date_time")
+SCALARS = (*NUMBERS, *TEXTS, "boolean")
 
 
 def read(content: bytes) -> Document:
@@ -93,8 +95,6 @@ def _attributes(component: Mapping[str, Any]) -> dict[str, Attribute]:
 def _value(entry: Mapping[str, Any], place: str) -> Any:
     """Return the value of an attribute, None where it has another type than stated."""
     for key, value in entry.items():
-        if key in ("id", "unit"):
-            continue
         if key.endswith("_array_coded"):
             return arrays.decode(*_coded(value, place), place)
         if key.endswith("_matrix_coded"):
@@ -102,7 +102,8 @@ def _value(entry: Mapping[str, Any], place: str) -> Any:
             return arrays.decode_matrix(code, text, _size(value, place), place)
         if key.endswith("_array") or key.endswith("_matrix"):
             return value if isinstance(value, list) else None
-        return _scalar(key, value)
+        if key in SCALARS:
+            return _scalar(key, value)
     return None
 
 
@@ -111,6 +112,7 @@ def _scalar(key: str, value: Any) -> Any:
     if key == "boolean":
         return value if isinstance(value, bool) else None
     if key in NUMBERS:
+        value = plain(value) if isinstance(value, str) else value
         is_finite = is_number(value) and abs(value) < LARGEST
         return float(value) if is_finite else None
     if key in TEXTS:

@@ -154,9 +154,9 @@ def _torques(
     for column, name in enumerate(free, len(links)):
         balance[names.index(name), column] = 1.0
 
-    known = np.array([-(given[name] or 0.0) for name in names])
-    if not np.any(known):
+    if all(load is None for load in given.values()):
         return {}
+    known = np.array([-(given[name] or 0.0) for name in names])
     return dict(_solved(balance, known, links))
 
 

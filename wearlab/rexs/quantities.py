@@ -5,11 +5,13 @@ from typing import Any, NamedTuple
 
 from wearlab import units
 from wearlab.rexs.document import Component, RexsError
+from wearlab.rexs.xml_file import THOUSANDS
 
 UNITS: dict[str, dict[str, str]] = {
     "mm": {
         **{unit: unit for unit in ("mm", "m", "cm", "um", "inch")},
-        **dict.fromkeys(("mum", "µm", "μm"), "um"),
+        **dict.fromkeys(("mum", "µm", "μm", "micron", "micrometer"), "um"),
+        **dict.fromkeys(("millimeter", "millimetre"), "mm"),
         "in": "inch",
     },
     "deg": {
@@ -18,7 +20,10 @@ UNITS: dict[str, dict[str, str]] = {
         **dict.fromkeys(("deg", "°", "degree"), "deg"),
     },
     "rpm": {
-        **dict.fromkeys(("1/min", "rpm", "min^-1", "min-1", "U/min"), "rpm"),
+        **dict.fromkeys(
+            ("1/min", "rpm", "min^-1", "min-1", "min^(-1)", "U/min"), "rpm"
+        ),
+        **dict.fromkeys(("rev/min", "r/min", "1/Min"), "rpm"),
         "1/s": "turn/s",
         "rad/s": "rad/s",
     },
@@ -43,16 +48,21 @@ UNITS: dict[str, dict[str, str]] = {
         "K": "K",
     },
     "h": {"h": "h", "s": "s", "min": "min", "d": "day"},
-    "HV": {"HV": "HV"},
-    "1": {"1": "1", "%": "%"},
+    "HV": dict.fromkeys(("HV", "HV1", "HV5", "HV10", "HV30"), "HV"),
+    "1": {"1": "1", "%": "%", "percent": "%"},
 }
 """Wanted unit → units that writers use, without blanks, and what wearlab calls them."""
+PREFIXED = ("N*m", "W")
+"""Wanted units whose prefixes differ by large and small letters alone."""
 USUAL = {"GPa": "N/mm^2", "kg/m^3": "kg/dm^3"}
 """The format's own unit, where it is not the wanted one."""
 LARGEST_SIZE = 1e6
 """Of lengths [mm], and of numbers of teeth."""
-NO_UNIT = ("", "none", "-", "[]")
+NO_UNIT = ("", "none", "-")
 """What stands where a writer has no unit: then the format's own unit is meant."""
+
+LEFT_OUT = str.maketrans({letter: None for letter in "*·.[]"})
+RAISED = str.maketrans({"²": "^2", "³": "^3"})
 
 RENAMED = (
     ("tip_corner_radius_factor_reference_profile", "tip_radius_factor"),
@@ -156,10 +166,17 @@ def number(component: Component | None, attribute: str, unit: str = "1") -> Read
     Read(value=0.05, source='component 15, d')
     """
     value, stated_unit, name = _raw(component, attribute)
-    if component is None or not _is_number(value):
+    if component is None:
+        return None
+    source = place_of(component, name)
+    if isinstance(value, str) and THOUSANDS.fullmatch(value):
+        raise RexsError(
+            f"{source}: {value!r} is {value.replace(',', '.')} or "
+            f"{value.replace(',', '')}: write it with a decimal point"
+        )
+    if not _is_number(value):
         return None
 
-    source = place_of(component, name)
     known = _known(stated_unit, unit, source)
     converted = value if known == unit else units.convert(value, known, unit)
     return Read(units.rounded(converted), source)
@@ -220,10 +237,13 @@ def _is_number(value: Any) -> bool:
 
 def _known(stated: str, wanted: str, source: str) -> str:
     """Return what wearlab calls a stated unit, the format's own where there is none."""
-    compact = "".join(stated.split()).replace("*", "").replace("·", "")
+    compact = "".join(stated.split()).translate(LEFT_OUT).translate(RAISED)
     known = UNITS[wanted]
     if compact in NO_UNIT:
         return known.get(USUAL.get(wanted, wanted), wanted)
+    if compact.isupper() and compact not in known and wanted not in PREFIXED:
+        shouted = [unit for unit in known if unit.upper() == compact]
+        compact = shouted[0] if len(shouted) == 1 else compact
     if compact not in known:
         raise RexsError(
             f"{source}: the unit {stated!r} is not one of {', '.join(known)}: correct "

@@ -10,6 +10,8 @@ from wearlab.rexs.quantities import text
 
 STATED = "custom_wearlab_stated_keys"
 """Attribute with the names of the keys that the study states, in a line."""
+LOADS = ("torque", "speed", "duty")
+"""Never left out: another program may have given the study load cases since."""
 
 
 def keep_stated(
@@ -50,7 +52,9 @@ def _keep(draft: Draft, section: str, component: Component | None) -> None:
         return
     entries = draft.entries[section]
     draft.entries[section] = {
-        key: entry for key, entry in entries.items() if key in stated
+        key: entry
+        for key, entry in entries.items()
+        if key in stated or (section == "operation" and key in LOADS)
     }
 
 

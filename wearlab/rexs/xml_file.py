@@ -1,5 +1,6 @@
 """REXS as XML."""
 
+import re
 from collections.abc import Iterator, Mapping
 from typing import Any
 from xml.etree import ElementTree
@@ -18,8 +19,26 @@ from wearlab.rexs.document import (
 TRUTH = {"true": True, "false": False}
 
 
+DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d+(e[+-]?\d+)?", re.IGNORECASE)
+"""A number of a program that writes as its country does: REXS has decimal points."""
+
+THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2},\d{3}")
+"""What may be a thousand as well."""
+
+
 class _Builder(ElementTree.TreeBuilder):
-    """Builds the tree, and refuses documents that define entities."""
+    """Builds the tree without namespaces, and refuses documents that define entities.
+
+    Some programs give their elements a namespace; the format has none.
+    """
+
+    def start(self, tag: str, attrs: dict[str, str]) -> ElementTree.Element:
+        """Begin an element, by its local name."""
+        return super().start(tag.rpartition("}")[2], attrs)
+
+    def end(self, tag: str) -> ElementTree.Element:
+        """End an element, by its local name."""
+        return super().end(tag.rpartition("}")[2])
 
     def doctype(self, name: str, pubid: str | None, system: str | None) -> None:
         """Refuse a DOCTYPE: entities come in by it, and REXS has none."""
@@ -132,14 +151,16 @@ def plain(text: str) -> Any:
 
     Examples
     --------
-    >>> plain(" 17.0 "), plain("true"), plain("c25"), plain("")
-    (17.0, True, 'c25', None)
+    >>> plain(" 17.0 "), plain("0,35"), plain("true"), plain("c25"), plain("")
+    (17.0, 0.35, True, 'c25', None)
     """
     text = text.strip()
     if not text:
         return None
     if text.lower() in TRUTH:
         return TRUTH[text.lower()]
+    if DECIMAL_COMMA.fullmatch(text) and not THOUSANDS.fullmatch(text):
+        text = text.replace(",", ".")
     try:
         return float(text)
     except ValueError:
