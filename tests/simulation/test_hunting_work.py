@@ -7,6 +7,7 @@ import pytest
 from scenes import external_pair
 
 from wearlab.assembly import build
+from wearlab.gears.specification import GearError
 from wearlab.scene import Scene
 from wearlab.simulation import simulate, work
 
@@ -67,3 +68,39 @@ def test_a_life_of_hunting_teeth_ends_at_that_work_and_says_so(monkeypatch):
         int(run[f"count_{of}"]) for of in ("right_hand_sides", "period_maps")
     )
     assert allowed < counted < allowed + STEP * counted / maps
+
+
+MANY_TEETH = {
+    "gears": external_pair(1999, 2003),
+    "operation": {"torque": "100 N*m", "speed": "1000 rpm"},
+    "mesh": {"damping_ratio": 0.07},
+    "errors": {"seed": 1, "slow": "hunting", "pinion": {"total_composite": "12 um"}},
+    "dynamics": {"model": "torsional"},
+}
+COMMON = {"gears.pinion.teeth": 2000, "gears.gear.teeth": 2000}
+
+
+def test_teeth_that_hardly_meet_again_are_refused_before_tables_fill_the_memory():
+    """They asked for 18 GB, in a traceback."""
+    scene = Scene.from_mapping(MANY_TEETH)
+    with pytest.raises(
+        GearError, match=r"1999 and 2003 teeth meet again after 4003997"
+    ):
+        build(scene)
+    assert build(scene.replace(COMMON)).vibration.hunting == 2000
+    assert build(scene.replace("errors.slow", "averaged")).vibration.hunting == 1
+
+
+@pytest.mark.parametrize(
+    ("teeth", "need"), [((1999, 2003), "GB"), ((601, 607), "values of waves")]
+)
+def test_so_are_measured_pitches_of_such_teeth(teeth, need):
+    """Their transmission error was worked out for hours, and filled the memory."""
+    pitch = [f"{(7919 * k) % 23 - 11} um" for k in range(1, teeth[0])]
+    still = {key: table for key, table in MANY_TEETH.items() if key != "dynamics"}
+    still["gears"] = external_pair(*teeth)
+    still["errors"] = {"slow": "hunting", "pinion": {"pitch": [*pitch, "0 um"]}}
+    scene = Scene.from_mapping(still)
+    with pytest.raises(GearError, match=f"{need}.*: give numbers of teeth with a"):
+        build(scene)
+    build(scene.replace("gears.gear.teeth", teeth[0]))

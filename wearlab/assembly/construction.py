@@ -11,6 +11,7 @@ from wearlab.assembly.coupling import joined_kinds
 from wearlab.assembly.gear_model import GearModel
 from wearlab.assembly.kinds import build_kind
 from wearlab.assembly.life import build_load
+from wearlab.assembly.long_periods import require_bounded_transmission_error
 from wearlab.assembly.on_clock import OnClock
 from wearlab.assembly.vibration import build_vibration
 from wearlab.life.coupled import MeshKind
@@ -64,7 +65,9 @@ def build(
         system = None if vibration is None else vibration.system
         joint = planets.planets_apart(scene, gears, meshes, system)
         coupling = replace(coupling, planets=joint)
-    return GearModel(scene, gears, kinds, meshes, edges, coupling)
+    model = GearModel(scene, gears, kinds, meshes, edges, coupling)
+    require_bounded_transmission_error(scene, gears, meshes, len(model.phase))
+    return model
 
 
 def unworn_stiffness(kind: MeshKind | FaceKind) -> tuple[float, float]:

@@ -19,6 +19,16 @@ TAKEN_UP = 1e-9
 LONGEST_PERIOD = 60
 """Mesh periods after which a fluctuating torque has to repeat."""
 SAME_ORDER = 1e-9
+MAX_BYTES = 10e9
+"""Memory that all mesh periods of hunting teeth may take."""
+FLOAT_BYTES = 8
+NUMBERS_OF_A_STEP = 120
+"""Numbers in the tables of a mesh, of three stages, and as many beside them while they
+are made."""
+MAX_SINES = 2e10
+"""Values of waves that a transmission error over all mesh periods may sum: minutes."""
+WEAR_STATES = 32
+"""Wear states that are stored of a life where none was asked for, about."""
 
 
 def hunting_period(
@@ -37,6 +47,66 @@ def hunting_period(
     return lcm(
         turns,
         *(_repeats(harmonic, gears.period) for harmonic in scene.operation.fluctuation),
+    )
+
+
+def require_memory(teeth: Sequence[int], periods: int, numbers: int) -> None:
+    """Refuse hunting teeth whose mesh periods would fill the memory.
+
+    Parameters
+    ----------
+    teeth : numbers of teeth of the gears
+    periods : mesh periods until the same teeth meet again
+    numbers : that are held of each mesh period
+
+    Raises
+    ------
+    GearError : all periods take more than `MAX_BYTES`
+    """
+    needed = FLOAT_BYTES * numbers * periods
+    if needed > MAX_BYTES:
+        limit = f"{needed / 1e9:.3g} GB, more than {MAX_BYTES / 1e9:g} GB"
+        raise _meet_too_rarely(teeth, periods, limit)
+
+
+def require_bounded_transmission_error(
+    scene: Scene, gears: gear_set.GearSet, meshes: Sequence[Mesh], phases: int
+) -> None:
+    """Refuse measured pitches whose transmission error takes too much memory or work.
+
+    Parameters
+    ----------
+    scene, gears : the scene and its gear set
+    meshes : with their errors
+    phases : stored phases of a mesh period
+
+    Raises
+    ------
+    GearError : it takes more than `MAX_BYTES` or `MAX_SINES`
+    """
+    if scene.errors is None or not scene.prescribed.measured_pitches:
+        return
+    teeth = [gear.teeth for gear in gears.gears.values()]
+    periods = scene.errors.slow.periods(teeth)
+    states = 1 if scene.wear is None else WEAR_STATES
+    require_memory(teeth, periods, (states + 1) * len(meshes) * phases)
+
+    waves = sum(len(mesh.error.slow.amplitude) for mesh in meshes)
+    sines = float(waves * phases * periods)
+    if sines > MAX_SINES:
+        limit = f"{sines:.3g} values of waves, more than {MAX_SINES:g}"
+        raise _meet_too_rarely(teeth, periods, limit)
+
+
+def _meet_too_rarely(
+    teeth: Sequence[int], periods: int, limit: str
+) -> specification.GearError:
+    """Return why teeth that meet again so late are refused, and what to give."""
+    names = " and ".join(map(str, dict.fromkeys(teeth)))
+    return specification.GearError(
+        f"errors.slow: {names} teeth meet again after {periods} mesh periods, which "
+        f"need {limit}: give numbers of teeth with a common factor, or errors of one "
+        "wave a turn and errors.slow = 'averaged'"
     )
 
 

@@ -6,7 +6,13 @@ from typing import Any
 import numpy as np
 
 from wearlab.arrays import Array
-from wearlab.assembly.long_periods import fluctuation, hunting_period, slow_errors
+from wearlab.assembly.long_periods import (
+    NUMBERS_OF_A_STEP,
+    fluctuation,
+    hunting_period,
+    require_memory,
+    slow_errors,
+)
 from wearlab.assembly.on_clock import OnClock
 from wearlab.assembly.steps import steps_grid
 from wearlab.dynamics import methods, modes, system
@@ -84,6 +90,10 @@ def build_vibration(
     followed = clock._replace(meshes=()) if scene.face_keys else clock
     grid = steps_grid(scene, followed, system, stiffest, gears.period)
     hunting = hunting_period(scene, gears, clock.meshes)
+    if hunting > 1:
+        teeth = [gear.teeth for gear in gears.gears.values()]
+        numbers = NUMBERS_OF_A_STEP * len(grid.width) * len(clock.meshes)
+        require_memory(teeth, hunting, numbers)
     turning = [gears.coordinate_speeds.get(name, 0.0) for name in system.coordinates]
     method_class = methods.method_named(scene.dynamics.method)
     method = method_class.at_tolerance(scene.numerics.tolerance)
