@@ -9,8 +9,10 @@ from scipy import stats
 
 from wearlab.campaign.distributions import read_distribution
 from wearlab.updating.answers import answer_of, outcome_of
+from wearlab.updating.doubts import sound_probability
 from wearlab.updating.misfit import _probability
 from wearlab.updating.sampling import ALARM, checks, draw
+from wearlab.updating.sheet_doubts import DOUBT, SCALE
 
 WIDE = {"lognormal": {"median": 1.0, "cov": 14.0}}
 UNKNOWN = read_distribution({"lognormal": {"median": "0.05 g", "cov": 1.0}}, "sd")
@@ -157,46 +159,58 @@ def test_few_effective_runs_of_few_are_said():
     assert any("runs carry the answer" in note for note in found.notes)
 
 
-def test_contradicting_sources_widen_the_interval():
-    """Two weighings 20 % apart, 1 % each: the answer had stayed 1 % wide.
-
-    Against own quadrature.
-    """
+def two_weighings(second):
+    """Return two weighings in a file each, 1 % each, the second so much higher."""
     cycle = np.array([5e5])
-    ones = [
+    return [
         observed(cycle, RATE * f * cycle, ErrorModel(1e-4), number=n)
-        for n, f in ((1, 1.0), (2, 1.2))
+        for n, f in ((1, 1.0), (2, second))
     ]
-    found = outcome_of(study(WIDE, ones, draws=300), (history(ones),))
-    low, middle, high = found.answer.factor(np.array([0.05, 0.5, 0.95]))
-    assert low < 0.95 and high > 1.25 and 1.05 < middle < 1.15
-    without = [one.factor(np.array([0.5]))[0] for one in found.sources.values()]
-    assert without == pytest.approx([1.2, 1.0], rel=1e-3)
-    tau = np.linspace(1e-3, 2.5, 3000)[:, None]
-    u = np.linspace(-1.5, 2.0, 1501)
+
+
+def by_quadrature(second):
+    """Return 5, 50 and 95 % of the factor by them, and how probably both are sound."""
+    u = np.arange(-1.0, 1.5, 5e-4)
     prior = stats.norm(0.0, np.sqrt(np.log1p(14.0**2))).pdf(u)
-    logs = [
-        stats.norm(np.log(f), np.hypot(tau, 0.01 / f)).logpdf(u) for f in (1.0, 1.2)
-    ]
-    density = prior * np.trapezoid(
-        np.exp(sum(logs) - 0.5 * (tau / 0.5) ** 2), tau[:, 0], axis=0
-    )
+    first_at, second_at = (stats.norm.pdf(f, np.exp(u), 0.01) for f in (1.0, second))
+    away = stats.cauchy.pdf(u[:, None] - u, scale=SCALE) * (u[1] - u[0])
+    sound = (1.0 - 2.0 * DOUBT) * first_at * second_at
+    first_off = DOUBT * (away @ first_at) * second_at
+    second_off = DOUBT * (away @ second_at) * first_at
+    density = prior * (sound + first_off + second_off)
     below = np.cumsum(density) / density.sum()
-    exact = np.exp(np.interp([0.05, 0.5, 0.95], below, u))
-    assert [low, middle, high] == pytest.approx(exact, rel=0.01)
-    assert any("an unknown scale of its own" in note for note in found.notes)
+    quantiles = np.exp(np.interp([0.05, 0.5, 0.95], below, u))
+    return quantiles, float(np.sum(prior * sound) / density.sum())
 
 
-def test_sources_that_agree_are_pooled_as_before():
-    cycle = np.array([5e5])
-    ones = [
-        observed(cycle, RATE * f * cycle, ErrorModel(1e-4), number=n)
-        for n, f in ((1, 1.0), (2, 1.01))
-    ]
-    found = outcome_of(study(WIDE, ones, draws=100), (history(ones),))
-    assert np.ptp(found.answer.factor(np.array([0.05, 0.95]))) == pytest.approx(
-        3.29 * 0.01 / 2**0.5, rel=0.01
+@pytest.mark.parametrize("second", [1.0, 1.01, 1.03, 1.05, 1.2])
+def test_each_source_may_have_a_scale_of_its_own(second):
+    """Two weighings 20 % apart, 1 % each: the answer had stayed 1 % wide; and at three
+    standard deviations it was switched from one law to another.
+    """
+    ones = two_weighings(second)
+    found = outcome_of(study(WIDE, ones, draws=300), (history(ones),))
+    exact, sound = by_quadrature(second)
+    assert found.answer.factor(np.array([0.05, 0.5, 0.95])) == pytest.approx(
+        exact, rel=1e-3
     )
+    assert sound_probability(found.posterior) == pytest.approx(sound, abs=5e-3)
+    without = [one.factor(np.array([0.5]))[0] for one in found.sources.values()]
+    assert without == pytest.approx([second, 1.0], rel=1e-3)
+    said = any("may have a scale of its own" in note for note in found.notes)
+    assert said == (second > 1.04)
+
+
+def test_draws_know_the_scale_of_a_doubted_source():
+    ones = two_weighings(1.2)
+    found = outcome_of(study(WIDE, ones, draws=4000), (history(ones),))
+    draws = found.draws
+    seen = np.array([draws.factor_of(n) for n in (0, 1)])
+    assert seen[0] == pytest.approx(np.ones(4000), abs=0.05)
+    assert seen[1] == pytest.approx(np.full(4000, 1.2), abs=0.05)
+    first_is_right = np.abs(draws.factor - 1.0) < 0.05
+    assert np.mean(first_is_right) == pytest.approx(0.5, abs=0.1)
+    assert draws.scales[1][first_is_right] == pytest.approx(np.log(1.2), abs=0.05)
 
 
 @pytest.mark.parametrize("n", [12, 300])

@@ -6,12 +6,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from conftest import STATIC
 from made import ErrorModel, blocks, observed
 from scipy import stats
 from units import RATE, law, unit
 
+import wearlab as wl
 from wearlab.updating.fleet_members import FleetMember
 from wearlab.updating.population import fit_population
+from wearlab.updating.report_text import text_of
 from wearlab.updating.run_curves import ObservationPoints, RunCurve
 from wearlab.updating.sheet_doubts import DOUBT, SCALE
 from wearlab.updating.unit_factors import masses, masses_by_reading
@@ -173,3 +176,39 @@ def test_belief_in_a_sheet_is_continuous():
         sound.append(found.reading_probabilities(2)[0])
     assert sound[0] > 0.8 and sound[-1] < 0.2
     assert np.max(np.abs(np.diff(sound))) < 0.25
+
+
+SHEETS = """
+[[update.data]]
+file     = "weighings.csv"
+quantity = "worn_mass"
+member   = "pinion"
+columns  = { date = "date", hours = "hours", value = "loss" }
+units    = { hours = "h", loss = "mg" }
+error    = { sd = "8 mg" }
+[[update.data]]
+file     = "gauge.csv"
+quantity = "max_wear_depth"
+flank    = "pinion"
+columns  = { hours = "hours", value = "depth" }
+units    = { hours = "h", depth = "um" }
+error    = { sd = "0.3 um" }
+"""
+
+
+def test_one_gear_set_is_told_by_either_sheet_in_dates(tmp_path):
+    """It was in hours, without the odds."""
+    (tmp_path / "weighings.csv").write_text(
+        "date,hours,loss\n2025-07-02,420,281\n2026-01-01,840,560\n"
+    )
+    (tmp_path / "gauge.csv").write_text("hours,depth\n420,9.1\n840,17.6\n")
+    head = STATIC.partition("[[update.data]]")[0]
+    (tmp_path / "study.toml").write_text(head + SHEETS)
+    campaign = wl.load(tmp_path / "study.toml")
+    tree = wl.update(campaign, wl.Store(tmp_path / "store"), progress=False)
+    text = [line.strip() for line in text_of(tree)]
+    (note,) = (line for line in text if "two files contradict" in line)
+    assert "weighings.csv with a probability of" in note
+    (without,) = (line for line in text if line.startswith("without worn mass"))
+    assert ", until 2026-" in without
+    assert "if that source has a scale of its own, with a probability of" in without

@@ -13,6 +13,7 @@ from wearlab.arrays import Array, Flags, Index, Random
 from wearlab.updating import (
     condensing,
     data_blocks,
+    doubts,
     grids,
     layout,
     misfit,
@@ -26,7 +27,6 @@ from wearlab.updating.run_curves import RunHistory, Runs
 
 ACCUMULATING = "accumulating"
 DRIFTING = "drifting-rate"
-MAX_WIDENED = 60  # runs that contradicting sources are widened in
 # standard deviations of ln k between two files that contradict each other
 TENSION = 3.0
 MAX_ONE_BY_ONE = 200_000  # values whose errors cannot be condensed
@@ -137,22 +137,39 @@ def answer_of(study: Subject, runs: Runs, blocks: Blocks) -> Answer:
         if block.drift is not None and block.measures(study.limit):
             drifting = n
             break
-    post = grids.Posterior(_drifting(study, runs, blocks), blocks, study.prior)
+    sound_runs = doubts.without_doubts(runs)
+    post = grids.Posterior(_drifting(study, sound_runs, blocks), blocks, study.prior)
     answer = Answer(post, now, drifting)
 
     measured = data_blocks.measured_blocks(blocks)
     if len(measured) < 2 or study.prior is None:
         return answer
-    numbers = {blocks[n].data.number for n in measured}
-    if study.spec.change != "none" and len(numbers) < 2:
+    sheets = doubts.sheets_of(blocks)
+    if study.spec.change != "none" and len(sheets) < 2:
         return answer  # parts of one block, between which k may have changed
-    separate = [post.updated_with(without_values(blocks, keep=[n])) for n in measured]
-    distance, *pair = contradiction(separate)
-    at_odds = tuple(measured[n] for n in pair)
+    parts: list[tuple[int, ...]] = [(n,) for n in measured]
+    if len(sheets) > 1:
+        with_gain = [part for part in parts if blocks[part[0]].data.error.gain_sd]
+        parts = [*sheets.values(), *with_gain]
+    alone = [_by_blocks(post, blocks, part) for part in parts]
+    distance, *pair = contradiction(alone)
+    at_odds = tuple(parts[n][0] for n in pair)
     answer = replace(answer, contradiction=distance, at_odds=at_odds)
-    if distance > TENSION and _widens(answer):
-        return replace(answer, posterior=post.widened(separate))
-    return answer
+    if len(sheets) < 2 or drifting is not None:
+        return answer
+    others = alone[::-1]
+    if len(parts) > 2:
+        rest = [{*measured} - {*part} for part in sheets.values()]
+        others = [_by_blocks(post, blocks, part) for part in rest]
+    doubted = doubts.with_doubts(post, alone[: len(sheets)], others)
+    return replace(answer, posterior=doubted)
+
+
+def _by_blocks(
+    post: grids.Posterior, blocks: Blocks, numbers: Collection[int]
+) -> grids.Posterior:
+    """Return what is known by some blocks alone."""
+    return post.updated_with(without_values(blocks, keep=numbers))
 
 
 def _drifting(study: Subject, runs: Runs, blocks: Blocks) -> Runs:
@@ -233,7 +250,8 @@ def _readings(
     post = answer.posterior
     if any(run.course is not None for run in post.histories):
         return rate_drift.readings_of(answer)
-    single = len(post.histories) == 1 and post.prior is not None
+    single = len(doubts.without_doubts(post.histories)) == 1
+    single = single and post.prior is not None
     if not (seen and single) or study.replaced:
         return ()
     runs = rate_drift.runs_with_drift(post.histories[0], post.blocks, post.prior)
@@ -359,14 +377,6 @@ def contradiction(posts: Sequence[grids.Posterior]) -> tuple[float, int, int]:
     return max(distances)
 
 
-def _widens(answer: Answer) -> bool:
-    """Whether sources that contradict each other widen the interval.
-
-    They do without a drift, and in few runs.
-    """
-    return answer.drifting is None and len(answer.posterior.histories) <= MAX_WIDENED
-
-
 def _notes(
     study: Subject,
     answer: Answer,
@@ -397,7 +407,8 @@ def _notes(
         "nothing": not data_blocks.measured_blocks(blocks),
         "few": stats["runs"] > 1.0 and few,
         "at_odds": [blocks[n].data for n in answer.at_odds],
-        "widened": _widens(answer),
+        "doubted": doubts.sound_probability(post) < 1.0,
+        "chances": [doubts.doubted_probability(post, n) for n in answer.at_odds],
         "oddities": odd,
         "hours": study.record and study.record.excess(a_year),
         "reversed_work": study.record and study.record.reversed_work,
@@ -412,7 +423,8 @@ def _is_taken_as_steady(study: Subject, post: grids.Posterior) -> bool:
     drifts = any(run.course is not None for run in post.histories)
     measured = data_blocks.measured_blocks(post.blocks)
     is_asked = study.spec.discrepancy == DRIFTING and study.spec.change == "none"
-    cannot = len(post.histories) > 1 or bool(study.replaced) or study.prior is None
+    several = len(doubts.without_doubts(post.histories)) > 1
+    cannot = several or bool(study.replaced) or study.prior is None
     return bool(measured) and is_asked and cannot and not drifts
 
 

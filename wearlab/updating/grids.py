@@ -39,13 +39,11 @@ SPREADS = 33  # points over an unknown error
 MAX_NODES = {False: 6145, True: 769}  # by whether errors are unknown besides
 FINER = 8  # times as fine as the nodes the density is known
 DEPTH = 28.0  # of the log density below its top that grids reach down to
-SCALE = 0.5  # of what sources that contradict each other may be off by, in ln k
+TINIEST = 1e-290  # density of which there is a log
 # of the largest density, by which every other node may be off from what the rest
 # foretell
 FORETOLD = 2e-6
 ROUNDS = 60  # of narrowing a range, or finding a top
-SCALES = 25  # of what contradicting sources may be off by, that are integrated over
-WIDE = 6.0  # to which s goes where they are widened
 
 Grids = tuple[Array, Array]
 
@@ -112,6 +110,8 @@ class Posterior:
     density, below : (runs, n) probability per unit of s, and up to there, of each run
         by itself
     log_evidence : (runs,) log of p(y | run)
+    log_share : (runs,) log of what else is probable of a run before, as when one of its
+        sheets has a scale of its own
     weight : (runs,) posterior probability of each run
     mass : (runs, n) probability of each point of the grids; all together 1
     resolved : whether the grids are fine enough
@@ -122,6 +122,7 @@ class Posterior:
         self.blocks = tuple(blocks)
         self.prior = prior
         self._all = np.arange(len(self.histories))
+        self.log_share: Array | float = 0.0
         self.resolved = True
         errors = data_blocks.unknown_errors(self.blocks)
         self._axes = {
@@ -164,12 +165,14 @@ class Posterior:
         """
         by_run = ("nodes", "centre", "width", "place", "log_factor", "density", "below")
         columns = {name: getattr(self, name)[chosen] for name in by_run}
+        log_share = np.broadcast_to(self.log_share, self.weight.shape)[chosen]
         probability = float(self.weight[chosen].sum())
         return self.with_changes(
             histories=tuple(self.histories[n] for n in chosen),
             _all=np.arange(len(chosen)),
             spreads=tuple((sd[chosen], drift[chosen]) for sd, drift in self.spreads),
             log_evidence=self.log_evidence[chosen],
+            log_share=log_share,
             weight=self.weight[chosen] / probability,
             mass=self.mass[chosen] / probability,
             **columns,
@@ -186,8 +189,9 @@ class Posterior:
 
     @property
     def relative(self) -> Array:
-        """Logs of evidence, less those of how often each run was drawn, (runs,)."""
-        return self.log_evidence - np.array([run.log_weight for run in self.histories])
+        """Logs of evidence times share, over how often each was drawn, (runs,)."""
+        log_drawn = np.array([run.log_weight for run in self.histories])
+        return np.asarray(self.log_evidence - log_drawn + self.log_share)
 
     @property
     def evidence(self) -> float:
@@ -448,61 +452,81 @@ class Posterior:
         density = np.exp(logs[:, 1::2] - top)
         return np.flatnonzero(~np.all(off * density < FORETOLD, axis=1))
 
-    def widened(self, sources: "Sequence[Posterior]") -> "Posterior":
-        """Return what is known where each source has a scale of its own.
-
-        A source sees ln k + δ, δ ~ N(0, τ²): p(u | y) ∝ p(u) ∫ p(τ) Π_b ∫ L_b(x)
-        N(x; u, τ²) dx dτ, τ half-normal with a standard deviation of `SCALE`, the
-        random effects of a meta-analysis.
+    def reweighed(self, log_weight: Array) -> "Posterior":
+        """Return what is known once more is known of the factor of each run.
 
         Parameters
         ----------
-        sources : of each source alone; this is of all together, as if each were right
+        log_weight : log of the likelihood of it at `log_factor`, (runs, n)
         """
+        density = np.log(np.maximum(self.density, TINIEST))
+        changed = self.with_changes()
+        changed._norm(self.place, density + self.log_evidence[:, None] + log_weight)
+        return changed
+
+    def with_points(self, n: int) -> "Posterior":
+        """Return it on grids of so many points.
+
+        Parameters
+        ----------
+        n : number of points, one more than a multiple of `FINER`
+        """
+        if self.place.shape[1] == n:
+            return self
+        place = np.linspace(self.place[:, 0], self.place[:, -1], n, axis=1)
+        at = np.linspace(0.0, self.place.shape[1] - 1.0, n)
+        logs = _interpolated(np.log(np.maximum(self.density, TINIEST)), at)
+        finer = self.with_changes(nodes=self._at(place[:, ::FINER]))
+        finer._norm(place, logs + self.log_evidence[:, None])
+        return finer
+
+    def log_mass(self) -> Array:
+        """Return the log of likelihood times spacing of ln factor, (runs, n)."""
         assert self.prior is not None
         n = self.place.shape[1]
-        runs = len(self._all)
-        s = np.broadcast_to(np.linspace(-WIDE, WIDE, n), (runs, n))
-        wider = self.with_changes(centre=self.centre.copy(), width=np.empty(runs))
-        for i in range(runs):
-            means = [source._mean_of_run(i) for source in sources]
-            wider.centre[i] = np.mean(means)
-            wider.width[i] = max(np.ptp(means), 1e-6) / 4.0
-
-        logs = np.empty((runs, n))
-        for i in range(runs):
-            u = wider.centre[i] + wider.width[i] * np.sinh(s[i])
-            logs[i] = _log_of_scaled_sources(sources, i, self.prior, u)
-            logs[i] += np.log(wider.width[i] * np.cosh(s[i]))
-        wider.nodes = wider._at(s[:, ::FINER])
-        wider._norm(s, logs)
-        return wider
-
-    def _mean_of_run(self, i: int) -> float:
-        """Return the mean of ln factor within a run."""
-        mass = self.mass[i]
-        return float(np.sum(mass * self.log_factor[i]) / mass.sum())
+        step = (self.place[:, -1:] - self.place[:, :1]) / (n - 1)
+        mass = np.maximum(self.density * even_weights(n), TINIEST) * step
+        logs = np.log(mass) + self.log_evidence[:, None]
+        return np.asarray(logs - log_density(self.prior, self.log_factor))
 
 
-def _log_of_scaled_sources(
-    sources: Sequence[Posterior], i: int, prior: Distribution, u: Array
-) -> Array:
-    """Return ln p(u) ∫ p(τ) Π_b ∫ L_b(x) N(x; u, τ²) dx dτ of a run, (n,)."""
-    tau = np.geomspace(0.01, 4.0, SCALES) * SCALE
-    log_tau = -0.5 * (tau / SCALE) ** 2 + np.log(tau)
-    together = log_tau + np.zeros((len(u), 1))
-    for source in sources:
-        x = source.log_factor[i][::4]
-        weights = even_weights(source.place.shape[1])[::4]
-        density = source.density[i][::4] * weights
-        log_mass = np.log(np.maximum(density, 1e-290))
-        source_logs = log_mass - log_density(prior, x) + source.log_evidence[i]
-        away = (u[:, None] - x) ** 2
-        logs_by_scale = [
-            logsumexp(source_logs - 0.5 * away / t**2, axis=1) - np.log(t) for t in tau
-        ]
-        together = together + np.stack(logs_by_scale, axis=1)
-    return np.asarray(logsumexp(together, axis=1) + log_density(prior, u))
+def joined(
+    parts: Sequence[Posterior], log_shares: Sequence[float], blocks: Blocks
+) -> Posterior:
+    """Return what is known where one of several posteriors holds.
+
+    Parameters
+    ----------
+    parts : of the same runs each
+    log_shares : log of the probability of each before
+    blocks : all observations
+    """
+    n = max(part.place.shape[1] for part in parts)
+    parts = [part.with_points(n) for part in parts]
+    by_run = ("nodes", "centre", "width", "place", "log_factor", "density", "below")
+    columns = {
+        name: np.concatenate([getattr(part, name) for part in parts])
+        for name in (*by_run, "log_evidence")
+    }
+    spreads = [
+        tuple(np.concatenate(grids) for grids in zip(*of_block, strict=True))
+        for of_block in zip(*(part.spreads for part in parts), strict=True)
+    ]
+    runs = [len(part.histories) for part in parts]
+    log_share = np.repeat(log_shares, runs) + np.log(len(parts))
+    whole = parts[0].with_changes(
+        histories=tuple(run for part in parts for run in part.histories),
+        blocks=tuple(blocks),
+        spreads=tuple(spreads),
+        log_share=log_share,
+        resolved=all(part.resolved for part in parts),
+        _all=np.arange(sum(runs)),
+        **columns,
+    )
+    whole.weight = np.exp(whole.relative - logsumexp(whole.relative))
+    mass = whole.density * even_weights(n)
+    whole.mass = mass / mass.sum(axis=1, keepdims=True) * whole.weight[:, None]
+    return whole
 
 
 def weighted_quantiles(value: Array, weight: Array, p: Any) -> Array:

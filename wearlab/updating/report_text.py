@@ -29,6 +29,7 @@ from wearlab.updating.sheet_text import sheet_lines
 
 DERIVED = ("wear_coefficient", "life", "remaining_useful_life")
 WITHOUT = "remaining_without_"
+DOUBTFUL_SOURCE = 0.1  # probability of a scale of its own, from which it is said
 BELIEVED = tuple(
     (Path(__file__).parent / "believed.txt").read_text(encoding="utf-8").splitlines()
 )
@@ -211,13 +212,14 @@ def _case(groups: Mapping[str, xr.Dataset]) -> dict[str, Any]:
         "now": float(predictions["now"]),
         "hours": hours if np.isfinite(hours) else None,
         "alarm": ALARM,
+        "doubtful": DOUBTFUL_SOURCE,
         "most": MAX_LISTED,
         "at": partial(_at, hours=hours, calendar=calendar),
         "on": partial(_on, hours=hours, calendar=calendar),
         "foreseen": partial(_foreseen, calendar=calendar),
         "notes": _listed(stats),
         "checks": list(_checks(stats)),
-        "sources": _sources(stats, rest, hours),
+        "sources": _sources(stats, rest, float(predictions["now"]), hours, calendar),
         "stats": _numbers(stats),
         "coefficient": np.quantile(sample["wear_coefficient"], P),
         "unknowns": list(_unknowns(groups["prior"], sample, predictions)),
@@ -392,17 +394,26 @@ def _checks(stats: xr.Dataset) -> Iterator[tuple[str, list[tuple[float, float, s
         yield block.replace("_", " "), [row for row in rows if np.isfinite(row[1])]
 
 
-def _sources(stats: xr.Dataset, rest: Array, hours: float) -> list[tuple[Any, ...]]:
-    """Return the answer with all sources and without each."""
+def _sources(
+    stats: xr.Dataset, rest: Array, now: float, hours: float, calendar: Calendar | None
+) -> list[dict[str, Any]]:
+    """Return the answer with all sources and without each, with days if there are."""
     scale = hours if np.isfinite(hours) else 1.0
+
+    def row(name: str, left: Array, doubted: float) -> dict[str, Any]:
+        days = None if calendar is None else calendar.texts(now + left)
+        return {"name": name, "left": scale * left, "days": days, "doubted": doubted}
+
     rows = []
     for name in map(str, stats.data_vars):
         if name.startswith(WITHOUT) and np.isfinite(stats[name]).any():
-            source = name.removeprefix(WITHOUT).replace("_", " ")
-            rows.append((f"  without {source}", *scale * stats[name].values))
+            block = name.removeprefix(WITHOUT)
+            doubted = float(stats.get(f"doubted_p_{block}", 0.0))
+            label = f"  without {block.replace('_', ' ')}"
+            rows.append(row(label, stats[name].values, doubted))
     if not rows:
         return []
-    return [("remaining life with all sources", *scale * rest[::2]), *rows]
+    return [row("remaining life with all sources", rest[::2], 0.0), *rows]
 
 
 def _twins(data: xr.Dataset) -> dict[str, Any]:

@@ -290,6 +290,21 @@ class Clock(NamedTuple):
         return Clock(self.equal, self.cycle)(equal)
 
 
+class DoubtedSheet(NamedTuple):
+    """A sheet with a scale of its own, and what it tells of ln f within a run.
+
+    Parameters
+    ----------
+    blocks : numbers of its blocks
+    alone : the posterior by this sheet alone
+    run : place of the run in that
+    """
+
+    blocks: tuple[int, ...]
+    alone: Any
+    run: int
+
+
 @dataclass(frozen=True)
 class RunHistory:
     """A stored run as an update needs it.
@@ -317,6 +332,7 @@ class RunHistory:
     log_weight : ln of how much more often it was drawn than its prior has it
     new_at : cycle at which the gear that ends the life was new [start]
     course : of its wear where the rate drifts, None where it is steady
+    doubted : the sheet that has a scale of its own, None where all are sound
     """
 
     id: str
@@ -337,6 +353,7 @@ class RunHistory:
     log_weight: float = 0.0
     new_at: float | None = None
     course: Course | None = None
+    doubted: DoubtedSheet | None = None
 
     @property
     def new_cycle(self) -> float:

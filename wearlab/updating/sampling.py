@@ -6,8 +6,8 @@ Checks say whether each inspection is like the others, and the course of all of 
 that of the model.
 """
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
@@ -16,7 +16,7 @@ from scipy.special import gammaincc, kolmogorov, ndtr
 
 from wearlab.arrays import Array, Index, Random
 from wearlab.campaign.update_options import PREVIOUS
-from wearlab.updating import data_blocks, kalman, likelihood, lives
+from wearlab.updating import data_blocks, doubts, kalman, likelihood, lives
 from wearlab.updating.grids import (
     Posterior,
     draws_along_grid,
@@ -47,6 +47,7 @@ class Draws:
     factor : (n,) on the wear coefficient
     sd, drift : for each block (n,) [SI]
     life : (n,) [cycles]
+    scales : of blocks whose sheet may have a scale of its own, ln of it, (n,)
     """
 
     posterior: Posterior
@@ -55,6 +56,7 @@ class Draws:
     sd: tuple[Array, ...]
     drift: tuple[Array, ...]
     life: Array
+    scales: Mapping[int, Array] = field(default_factory=dict)
 
     def __len__(self) -> int:
         return len(self.run)
@@ -68,7 +70,18 @@ class Draws:
             sd=tuple(values[chosen] for values in self.sd),
             drift=tuple(values[chosen] for values in self.drift),
             life=self.life[chosen],
+            scales={n: scale[chosen] for n, scale in self.scales.items()},
         )
+
+    def factor_of(self, number: int) -> Array:
+        """Return the factor that a block sees, its sheet's own scale in it, (n,).
+
+        Parameters
+        ----------
+        number : of the block
+        """
+        scale = self.scales.get(number)
+        return self.factor if scale is None else self.factor * np.exp(scale)
 
     def by_run(self) -> likelihood.RunsWithLanes:
         """Return each run that was drawn, with its draws."""
@@ -100,7 +113,7 @@ class Draws:
         """
         block = self.posterior.blocks[number]
         lanes = likelihood.ParameterBatch(
-            self.factor, self.sd[number], self.drift[number]
+            self.factor_of(number), self.sd[number], self.drift[number]
         )
         return likelihood.log_likelihood(block, self.by_run(), number, lanes, steps)
 
@@ -130,8 +143,9 @@ def draw(answer: lives.Answer, n: int, rng: Random) -> Draws:
     post = answer.posterior
     run = equal_draws(post.weight, n, rng)
     log_factor = _log_factors(post, run, rng)
+    scales = doubts.drawn_scales(post, run, log_factor, rng)
     errors = [
-        _errors(post, number, run, log_factor, rng)
+        _errors(post, number, run, log_factor + scales.get(number, 0.0), rng)
         for number in range(len(post.blocks))
     ]
     ordered = Draws(
@@ -141,6 +155,7 @@ def draw(answer: lives.Answer, n: int, rng: Random) -> Draws:
         sd=tuple(sd for sd, _ in errors),
         drift=tuple(drift for _, drift in errors),
         life=np.empty(n),
+        scales=scales,
     )
     draws = ordered[rng.permutation(n)]
 
@@ -209,6 +224,9 @@ def _log_weights_of_errors(
     post: Posterior, i: int, number: int
 ) -> Callable[[Array], Array]:
     """Return a function of ln factor: logs of weights of errors, (n, sds, drifts)."""
+    doubted = post.histories[i].doubted
+    if doubted is not None and number in doubted.blocks:
+        return _log_weights_of_errors(doubted.alone, doubted.run, number)
     table, _ = post.conditional(i, number)
     table = np.maximum(table, table.max() - 1e4)
     nodes = post.nodes[i]
@@ -308,7 +326,7 @@ def replicated(
     observed = block.observed
     model = np.empty((len(draws), len(block.rows)))
     for history, chosen in draws.by_run():
-        factor = draws.factor[chosen]
+        factor = draws.factor_of(number)[chosen]
         model[chosen] = likelihood.modelled(block, history, number, factor)
     model *= gains(draws, number, rng, conditional=conditional)[:, None]
 

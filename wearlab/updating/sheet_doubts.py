@@ -33,6 +33,16 @@ def log_of_doubt(sheets: int) -> tuple[float, float]:
     return float(np.log1p(-sheets * doubt)), float(np.log(doubt))
 
 
+def log_density_of_scale(log_scale: Array) -> Array:
+    """Return the log of the prior density of ln of a sheet's own scale.
+
+    Parameters
+    ----------
+    log_scale : by how much ln f differs
+    """
+    return np.asarray(-np.log(np.pi * SCALE) - np.log1p((log_scale / SCALE) ** 2))
+
+
 def log_with_scale(at: Array, log_factor: Array, log_mass: Array) -> Array:
     """Return ln c(u) of a sheet with a scale of its own, (…, q).
 
@@ -43,6 +53,5 @@ def log_with_scale(at: Array, log_factor: Array, log_mass: Array) -> Array:
     log_mass : log of that likelihood times the spacing of x, (…, n)
     """
     top = log_mass.max(axis=-1, keepdims=True)
-    away = (log_factor[:, None] - at) / SCALE
-    density = 1.0 / (np.pi * SCALE * (1.0 + away**2))
+    density = np.exp(log_density_of_scale(log_factor[:, None] - at))
     return np.asarray(top + np.log(np.exp(log_mass - top) @ density))

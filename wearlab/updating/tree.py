@@ -17,6 +17,7 @@ from wearlab.updating import (
     condensing,
     data_blocks,
     decision,
+    doubts,
     layout,
     sampling,
     scenarios,
@@ -517,6 +518,9 @@ def _statistics(outcome: UpdateOutcome) -> xr.Dataset:
         if number in outcome.sources:
             block_values["remaining_without_*"] = outcome.sources[number].remaining(
                 layout.P[[0, 2, 4]]
+            )
+            block_values["doubted_p_*"] = doubts.doubted_probability(
+                outcome.posterior, number
             )
         parts.append(
             layout.dataset("statistics", block_values, name).set_coords(
