@@ -19,6 +19,7 @@ MEANING = {
     "mesh": "contact, stiffness",
     "dynamics": "motion, forces",
     "wear": "laws, films",
+    "thermal": "warm teeth",
     "life": "loop over cycles",
     "scene": "tables to options",
     "assembly": "options to physics",

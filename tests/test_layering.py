@@ -38,6 +38,7 @@ ROAD = (
         "mesh",
         "dynamics",
         "wear",
+        "thermal",
         "life",
         "scene",
         "assembly",

@@ -145,6 +145,9 @@ MEASURES = (
     Measure("time", "s", "10 h", ("s", "min", "h"), 1e-12, 1e12),
     Measure("temperature", "K", "60 degC", ("degC", "K"), 1e2, 2e3),
     Measure("temperature difference", "K", "20 K", ("K",), 1e-6, 2e3),
+    Measure("thermal expansion", "1/K", "1.2e-4 1/K", ("1/K",), 1e-8, 1e-2),
+    Measure("area", "m^2", "0.01 m^2", ("m^2", "cm^2", "dm^2", "mm^2"), 1e-6, 1e4),
+    Measure("thermal insulance", "K*m^2/W", "0.06 K*m^2/W", ("K*m^2/W",), 1e-6, 1e3),
 )
 KINDS = {measure.name: measure for measure in MEASURES}
 

@@ -362,5 +362,5 @@ def test_a_choice_without_default_must_be_made(table):
     assert caught.value.problems == (
         "scene.wear.coefficient.pinion: required key 'model': one of 'calibrated', "
         "'constant', "
-        "'hardness', 'janakiraman'",
+        "'hardness', 'janakiraman', 'over-temperature'",
     )

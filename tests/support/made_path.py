@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from wearlab.gears.specification import Material
 from wearlab.wear.path import WearPath, wear_path
 
 
@@ -21,7 +22,7 @@ def path_of(
 ) -> WearPath:
     """Return the path of gears of which nothing else counts."""
     rho = np.asarray(curvature, float)
-    steel = SimpleNamespace(youngs_modulus=1.0, poisson_ratio=0.0)
+    steel = Material(youngs_modulus=1.0, poisson_ratio=0.0, density=1.0)
     gears = [
         SimpleNamespace(base_radius=float(radius), teeth=float(count), material=steel)
         for radius, count in zip(base_radius, teeth, strict=True)

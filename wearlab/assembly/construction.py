@@ -2,11 +2,12 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
 
-from wearlab.assembly import errors, mesh, planets, sets
+from wearlab.assembly import errors, heat, mesh, planets, sets, thermal
 from wearlab.assembly.coupling import joined_kinds
 from wearlab.assembly.gear_model import GearModel
 from wearlab.assembly.kinds import build_kind
@@ -17,6 +18,7 @@ from wearlab.assembly.vibration import build_vibration
 from wearlab.life.coupled import MeshKind
 from wearlab.life.coupling import Coupling
 from wearlab.life.face_coupling import FaceCoupling, FaceKind
+from wearlab.life.thermal_coupling import ThermalCoupling
 from wearlab.mesh import clock, profile
 from wearlab.mesh.onsets import rule_between_onsets
 from wearlab.scene import Scene
@@ -38,6 +40,8 @@ def build(
         When no such gears can exist or run.
     """
     gears = sets.build_set(scene)
+    if scene.thermal is not None:
+        gears = heat.as_warm_as_surroundings(scene, gears)
     analyses = mesh.build_analyses(scene, gears.kinds, reach)
     meshes = errors.build_meshes(scene, gears)
     edges = clock.breaks_on_clock([contact.grid for contact in analyses], meshes)
@@ -60,6 +64,9 @@ def build(
         stiffness = np.array([unworn_stiffness(joined[kind]) for kind in loaded])
         moving = on_clock.of_kinds(loaded)
         vibration = build_vibration(scene, gears, moving, stiffness)
+    if scene.thermal is not None:
+        warming = thermal.build_warming(scene, gears, kinds[0], on_clock)
+        join = partial(ThermalCoupling, warming=warming)
     coupling = join(joined, vibration, build_load(scene))
     if apart:
         system = None if vibration is None else vibration.system

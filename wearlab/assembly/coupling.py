@@ -36,7 +36,7 @@ def joined_kinds(
         if scene.face_keys:
             yield _face_kind(scene, gears, kind, model, on_clock, of_kind)
         else:
-            yield _mesh_kind(scene, model, on_clock, of_kind)
+            yield mesh_kind(scene, model, on_clock, of_kind)
 
 
 def _face_kind(
@@ -55,13 +55,21 @@ def _face_kind(
     return FaceKind(over_face, law, _patch(scene, setting), lags)
 
 
-def _mesh_kind(
+def mesh_kind(
     scene: Scene,
     model: MeshKindModel,
     on_clock: OnClock,
     of_kind: np.ndarray[Any, np.dtype[np.int64]],
 ) -> coupled.MeshKind:
-    """Return contact and wear of one kind of mesh whose flanks have no width."""
+    """Return contact and wear of one kind of mesh whose flanks have no width.
+
+    Parameters
+    ----------
+    scene : the scene
+    model : physics of the kind of mesh
+    on_clock : the meshes on their clock
+    of_kind : numbers of the meshes of this kind
+    """
     setting = PatchSetting(model.analysis, model.path, model.law)
     instants = tuple(
         clock.instants_of(

@@ -13,9 +13,10 @@ from wearlab.assembly.kinds import MeshKindModel
 from wearlab.assembly.long_periods import fluctuation
 from wearlab.assembly.on_clock import OnClock
 from wearlab.dynamics.steady.response import dashpot_of
-from wearlab.life.coupled import Vibration
+from wearlab.life.coupled import Vibration, WearState
 from wearlab.life.coupling import Coupling
 from wearlab.life.face_coupling import FaceCoupling
+from wearlab.life.thermal_coupling import ThermalCoupling
 from wearlab.mesh import clock, force, gear_set, profile, stages
 from wearlab.scene import Scene, summary
 
@@ -54,6 +55,20 @@ class GearModel:
         """
         coupling: Any = self.coupling
         return coupling if isinstance(coupling, FaceCoupling) else None
+
+    def coupling_like(self, reference: WearState) -> Coupling:
+        """Return the coupling, as warm as a state of conditions that take turns.
+
+        Parameters
+        ----------
+        reference : a state in this condition
+        """
+        coupling = self.coupling
+        heat = reference.heat
+        if heat is None or not heat.is_shared:
+            return coupling
+        assert isinstance(coupling, ThermalCoupling)
+        return coupling.held_at(heat.temperature)
 
     @property
     def vibration(self) -> Vibration | None:

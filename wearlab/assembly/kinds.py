@@ -1,5 +1,6 @@
 """The physics of one kind of mesh: contact, path, wear law and film."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 from wearlab.arrays import Array
@@ -38,18 +39,25 @@ def build_kind(
     gears: gear_set.GearSet,
     kind: gear_set.PairOfSet,
     analysis: contact.ContactAnalysis,
+    flank_temperatures: Sequence[float] | None = None,
 ) -> MeshKindModel:
     """Return the physics of one kind of mesh; a helix flattens flanks.
 
     The face load factor K_Hβ puts the load on as much less of the face: wear is that of
     its busiest part.
+
+    Parameters
+    ----------
+    scene, gears : the scene and its gear set
+    kind, analysis : the kind of mesh and its contact
+    flank_temperatures : of (driving, driven) [K], None: that of the surroundings
     """
     pair = kind.pair
     position = analysis.grid.position
     width = pair.face_width / scene.mesh.of(kind.section).face_load_factor
     path = wear_path(pair, position, kind.speed, kind.passes, width)
     path = path._replace(equivalent_radius=path.equivalent_radius / gears.helix.cosine)
-    law = build_law(scene, pair, path)
+    law = build_law(scene, pair, path, flank_temperatures)
     film = build_film(scene, pair)
     return MeshKindModel(
         pair, analysis, sets.modifications(pair, position), path, law, film

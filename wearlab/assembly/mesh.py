@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from wearlab.arrays import Array
-from wearlab.assembly import leads, sets
+from wearlab.assembly import heat, leads, sets
 from wearlab.gears import gear
 from wearlab.mesh import (
     contact,
@@ -128,6 +128,8 @@ def _reach(
     """
     if not options.extended:
         return profile.NO_EXTENSION
+    if scene.thermal is not None:
+        options = options._replace(pair=heat.softest(scene, kind.pair))
     unworn = contact_analysis(
         options._replace(backs=(None, None)), largest_load(scene, kind)
     ).unworn[1]

@@ -176,7 +176,7 @@ def material(options: Any) -> Material:
     ----------
     options : of the material
     """
-    return Material(options.youngs_modulus, options.poisson_ratio, options.density)
+    return Material(options.cold_modulus, options.poisson_ratio, options.density)
 
 
 def relief(options: Any) -> Any:

@@ -40,7 +40,12 @@ def _roughness(scene: Scene, pair: GearPair) -> tuple[float, float] | None:
     return None if driving is None or driven is None else (driving, driven)
 
 
-def build_law(scene: Scene, pair: GearPair, path: WearPath) -> PreparedLaw | None:
+def build_law(
+    scene: Scene,
+    pair: GearPair,
+    path: WearPath,
+    flank_temperatures: Sequence[float] | None = None,
+) -> PreparedLaw | None:
     """Return the wear law on the path, None when nothing wears.
 
     Film thickness over roughness is by the first film that a flank has, else the
@@ -51,12 +56,15 @@ def build_law(scene: Scene, pair: GearPair, path: WearPath) -> PreparedLaw | Non
     scene : the scene
     pair : the gears
     path : velocities and radii along the path of contact
+    flank_temperatures : of (driving, driven) [K], None: that of the surroundings
     """
     wear = scene.wear
     if wear is None or wear.coefficient is None:
         return None
     coefficients_of = [wear.coefficient_of(gear.name) for gear in pair.gears]
-    settings = _settings(scene, pair, path)
+    if flank_temperatures is None and scene.thermal is not None:
+        flank_temperatures = [scene.thermal.ambient] * len(pair.gears)
+    settings = _settings(scene, pair, path, flank_temperatures)
     first, second = (
         _flank_law(wear.law, coefficient, setting)
         for coefficient, setting in zip(coefficients_of, settings, strict=True)
@@ -70,18 +78,29 @@ def build_law(scene: Scene, pair: GearPair, path: WearPath) -> PreparedLaw | Non
     return prepare(law, path)
 
 
-def _settings(scene: Scene, pair: GearPair, path: WearPath) -> list[Setting]:
+def _settings(
+    scene: Scene,
+    pair: GearPair,
+    path: WearPath,
+    flank_temperatures: Sequence[float] | None,
+) -> list[Setting]:
     """Return what the wear of (driving, driven) may depend on."""
     roughness = _roughness(scene, pair)
     temperature = getattr(scene.lubricant, "temperature", None)
     settings = []
     for number, gear in enumerate(pair.gears):
         material = getattr(scene.gears, gear.name).material or scene.gears.material
-        settings.append(
-            Setting(
-                path, number, scene.lubricant, roughness, material.hardness, temperature
-            )
+        of_flank = None if flank_temperatures is None else flank_temperatures[number]
+        setting = Setting(
+            path,
+            number,
+            scene.lubricant,
+            roughness,
+            material.hardness,
+            temperature,
+            flank_temperature=of_flank,
         )
+        settings.append(setting)
     return settings
 
 
@@ -113,7 +132,13 @@ def _flank_law(
         rate=of_user(law, law.build(setting)),
         hardness=NAN if setting.hardness is None else setting.hardness,
         temperature=NAN if setting.temperature is None else setting.temperature,
+        flank_temperature=_or_nan(setting.flank_temperature),
     )
+
+
+def _or_nan(value: float | None) -> float:
+    """Return a number, NaN where there is none."""
+    return NAN if value is None else value
 
 
 def of_user(variant: slots.Variant, built: Any) -> Any:

@@ -350,7 +350,7 @@ def _circle_problems(circles: _Circles) -> Iterator[str]:
 
 def _material_problems(material: Material) -> Iterator[str]:
     """Yield what is wrong with the numbers of a material."""
-    E, nu, density = material
+    E, nu, density, _ = material
     if not (E > 0.0 and 0.0 <= nu < 0.5 and density > 0.0):
         yield (
             "a material needs youngs_modulus > 0, 0 <= poisson_ratio < 0.5 and density "

@@ -30,11 +30,21 @@ class Material(NamedTuple):
     youngs_modulus : Young's modulus E [Pa]
     poisson_ratio : Poisson's ratio ν [1]
     density : density [kg/m³]
+    flank_modulus : E of the flanks where these are warmer or colder than the teeth,
+        None: as of the teeth [Pa]
     """
 
     youngs_modulus: float
     poisson_ratio: float
     density: float
+    flank_modulus: float | None = None
+
+    @property
+    def at_flank(self) -> "Material":
+        """The material of the flanks, which the contact itself presses."""
+        if self.flank_modulus is None:
+            return self
+        return self._replace(youngs_modulus=self.flank_modulus, flank_modulus=None)
 
     @property
     def shear_modulus(self) -> float:

@@ -23,6 +23,7 @@ from wearlab.life.loads.static import StaticLoad
 from wearlab.mesh import clock, contact, excitations, stages
 from wearlab.mesh.excitation import Between, MeshFlanks, stage_tables
 from wearlab.mesh.force import Deflections
+from wearlab.thermal.balance import HeatState
 from wearlab.wear.law import PreparedLaw
 from wearlab.wear.patch import Patch
 
@@ -251,12 +252,14 @@ class WearState(NamedTuple):
         else 0 [m]
     block : the state in every block of a duty, none without; then this is the first
         with the mixed rate
+    heat : how warm the gears are, None where temperature does not count
     """
 
     kind: tuple[KindState, ...]
     responses: Responses
     noise: float
     block: "tuple[WearState, ...]" = ()
+    heat: HeatState | None = None
 
     @property
     def conditions(self) -> "tuple[WearState, ...]":

@@ -7,7 +7,7 @@ turn in `wearlab.life.duty_coupling`.
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -34,6 +34,27 @@ as independent."""
 MIN_BLOCKS = 3
 """Blocks into which fewer periods than so many blocks take are cut, shorter ones
 then."""
+
+
+class LoadedFlanks(NamedTuple):
+    """The flanks of one wear state under their load; lists are by kind of mesh.
+
+    Parameters
+    ----------
+    wear : wear depths, each (2, n) [m]
+    worn : compliance and gaps of the worn flanks
+    static : sharing of the static load
+    at_rest : the same as planets that differ share it
+    responses : the steady responses, none without dynamics
+    forces : of meshes and pairs at the phase nodes
+    """
+
+    wear: Wear
+    worn: list[excitation.MeshFlanks]
+    static: list[contact.Quasistatic]
+    at_rest: Sequence[contact.Quasistatic]
+    responses: Responses
+    forces: list[loads.Forces]
 
 
 @dataclass(frozen=True)
@@ -64,6 +85,22 @@ class Coupling(OneCondition):
             When the teeth can no longer bear, for their section vanishes, or their
             motion knows no bound.
         """
+        return self.worn_by(self.loaded(wear, start, near))
+
+    def loaded(
+        self, wear: Wear, start: Responses | None = None, near: WearState | None = None
+    ) -> "LoadedFlanks":
+        """Load the flanks of one wear state: contact, response and forces.
+
+        Parameters
+        ----------
+        wear, start, near : as of `evaluate`
+
+        Raises
+        ------
+        StopWear
+            As of `evaluate`.
+        """
         with self.account.timed("contact"):
             worn = self.flanks(wear, near)
             static = [
@@ -84,36 +121,59 @@ class Coupling(OneCondition):
                 self._forces_on(kind, flanks, state, responses)
                 for kind, flanks, state in zip(self.kinds, worn, at_rest, strict=True)
             ]
+        return LoadedFlanks(wear, worn, static, at_rest, responses, forces)
+
+    def worn_by(self, loaded: "LoadedFlanks") -> WearState:
+        """Return the wear state of flanks under their load, with its wear rate.
+
+        Parameters
+        ----------
+        loaded : the flanks under their load
+        """
+        responses = loaded.responses
         states = []
         noises = [0.0]
         with self.account.timed("wear"):
-            for depth, flanks, state, shared, kind, force in zip(
-                wear, worn, static, at_rest, self.kinds, forces, strict=True
-            ):
-                tooth_force = (
-                    self.load.at_nodes(flanks, shared, force)
-                    if kind.is_loaded
-                    else np.zeros((1, *kind.shape))
-                )
-                kind_state = KindState(
-                    depth, flanks, state, force.weight, force.drive, tooth_force, None
-                )
-                if kind.law is not None and not kind.is_loaded:
-                    kind_state = kind_state._replace(rate=np.zeros_like(depth))
-                elif kind.law is not None:
-                    rate = averaged_rate(
-                        kind.law, kind_state.weight, tooth_force, depth
-                    )
-                    if kind.patch is not None:
-                        rate = kind.patch.rate(rate, depth, kind_state.mean_tooth_force)
-                    kind_state = kind_state._replace(rate=rate)
-                    if any(response.period == 0 for response in responses):
-                        rate_of = partial(self._rate_of, kind.law, kind_state, force)
-                        noises.append(scatter(rate_of, len(kind.meshes), force.periods))
+            for number, kind in enumerate(self.kinds):
+                kind_state = self._kind_state(kind, number, loaded)
                 states.append(kind_state)
+                force = loaded.forces[number]
+                if kind.law is None or not kind.is_loaded:
+                    continue
+                if any(response.period == 0 for response in responses):
+                    rate_of = partial(self._rate_of, kind.law, kind_state, force)
+                    noises.append(scatter(rate_of, len(kind.meshes), force.periods))
             if self.planets is not None:
                 states = self.planets.worn_together(states)
         return WearState(tuple(states), responses, max(noises))
+
+    def _kind_state(
+        self, kind: MeshKind, number: int, loaded: "LoadedFlanks"
+    ) -> KindState:
+        """Return the state of one kind of mesh under its load, with its wear rate."""
+        depth = loaded.wear[number]
+        flanks = loaded.worn[number]
+        force = loaded.forces[number]
+        tooth_force = np.zeros((1, *kind.shape))
+        if kind.is_loaded:
+            tooth_force = self.load.at_nodes(flanks, loaded.at_rest[number], force)
+        kind_state = KindState(
+            wear=depth,
+            flanks=flanks,
+            static=loaded.static[number],
+            weight=force.weight,
+            drive=force.drive,
+            tooth_force=tooth_force,
+            rate=None,
+        )
+        if kind.law is None:
+            return kind_state
+        if not kind.is_loaded:
+            return kind_state._replace(rate=np.zeros_like(depth))
+        rate = averaged_rate(kind.law, kind_state.weight, tooth_force, depth)
+        if kind.patch is not None:
+            rate = kind.patch.rate(rate, depth, kind_state.mean_tooth_force)
+        return kind_state._replace(rate=rate)
 
     def _static_forces(
         self, flanks: excitation.MeshFlanks, static: contact.Quasistatic

@@ -23,11 +23,13 @@ class Ended(Exception):
     ----------
     reason : for instance "section vanished" or "unbounded motion"; or one of
         `ENDS_OF_WORK`
+    detail : the reason in a sentence with its numbers, "" where there are none
     """
 
-    def __init__(self, reason: str) -> None:
+    def __init__(self, reason: str, detail: str = "") -> None:
         super().__init__(reason)
         self.reason = reason
+        self.detail = detail
 
 
 class StopWear(Ended):
@@ -41,6 +43,8 @@ class OutOfEvaluations(Ended):
     """A bound on the work of a life is reached; carries which."""
 
 
+TOO_WARM = "temperature"
+"""End of a life whose teeth would become warmer than is known, or allowed."""
 WORN_OUT = "depth"
 """End of a life that reached its depth limit."""
 ALL_CYCLES = "cycles"

@@ -495,7 +495,7 @@ def contact_of(
     pair : the gears
     grid : the nodes
     """
-    materials = pair.driving.material, pair.driven.material
+    materials = pair.driving.material.at_flank, pair.driven.material.at_flank
     if hertz == "yang-sun":
         compliance_of_line = stiffness.yang_sun(*materials, pair.face_width)
         return stiffness.ConstantContact(compliance_of_line)

@@ -6,7 +6,7 @@ neighbouring pairs share.
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from typing import Any, ClassVar, Protocol
 
@@ -272,6 +272,22 @@ class PairStiffness(Protocol):
         return self
 
 
+@dataclass(frozen=True)
+class EvenStiffness(PairStiffness):
+    """One stiffness of a pair at all its nodes, of which wear takes nothing.
+
+    Parameters
+    ----------
+    value : of the pair, the contact within it [N/m]
+    """
+
+    value: float
+
+    def body(self, wear: Array) -> Array:
+        """Return the compliance at the nodes, for any wear (2, n), (n,) [m/N]."""
+        return np.full(wear.shape[1], 1.0 / self.value)
+
+
 class SectionVanished(ValueError):
     """The wear is deeper than the tooth can bear: a section of it is gone."""
 
@@ -294,6 +310,16 @@ class GivenStiffness(PairStiffness):
     curve: PiecewiseCurve
     of_mesh: bool
     grid: ProfileGrid
+
+    def scaled(self, factor: float) -> "GivenStiffness":
+        """Return the stiffness times a factor.
+
+        Parameters
+        ----------
+        factor : on all its values [1]
+        """
+        curve = PiecewiseCurve(self.curve.x, factor * self.curve.y)
+        return replace(self, curve=curve)
 
     @property
     def bends(self) -> Array:

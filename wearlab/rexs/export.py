@@ -413,7 +413,7 @@ def _material(writer: _Writer, scene: Scene, gear: Any, number: str) -> None:
         "material",
         material.name or "material",
         {
-            "elastic_modulus": _scaled(material.youngs_modulus, 1e-6, "N / mm^2"),
+            "elastic_modulus": _scaled(material.cold_modulus, 1e-6, "N / mm^2"),
             "poisson_ratio": (material.poisson_ratio, "none"),
             "density": _scaled(material.density, 1e-3, "kg / dm^3"),
             "surface_hardness_vickers": _scaled(

@@ -1,15 +1,46 @@
 """Materials of gears and ``[lubricant]``: constants, or names of the catalogues."""
 
 import re
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from annotated_types import Lt
-from pydantic import BeforeValidator
+from pydantic import BeforeValidator, Discriminator, Tag
+from pydantic.json_schema import SkipJsonSchema
 
 from wearlab import nearest, options
-from wearlab.materials import grades, oil
+from wearlab.materials import grades, oil, over_temperature
 
 CONSTANTS = ("youngs_modulus", "poisson_ratio", "density", "hardness")
+PLASTIC = 20e9
+"""Young's modulus below which a material is a plastic: that of magnesium, the softest
+metal of gears, is 45 GPa [Pa]."""
+EXPANSION_OF_PLASTICS, EXPANSION_OF_METALS = 1.2e-4, 1.2e-5
+"""Thermal expansion of a material that states none [1/K]."""
+
+
+class ModulusTable(options.Part):
+    """Young's modulus over temperature, straight between the rows, unknown beyond."""
+
+    temperature: tuple[options.Temperature, ...]
+    """temperatures, ascending, such as ["20 degC", "60 degC", "100 degC"]"""
+    value: tuple[Annotated[options.Pressure, options.POSITIVE], ...]
+    """Young's modulus at each of them, such as ["2.9 GPa", "1.9 GPa", "1.1 GPa"]; of
+    plastics the one at the frequency of the mesh (DMA)"""
+
+    def _check(self) -> None:
+        over_temperature.check_table(self.temperature, self.value)
+
+
+def _table_or_value(value: Any) -> str:
+    """Return the tag of a modulus: "table" over temperature, else "value"."""
+    return "table" if isinstance(value, dict | ModulusTable) else "value"
+
+
+OneModulus = Annotated[options.Pressure, options.POSITIVE]
+Modulus = Annotated[
+    Annotated[OneModulus, Tag("value")] | Annotated[ModulusTable, Tag("table")],
+    Discriminator(_table_or_value),
+]
 
 
 class MaterialOptions(options.Part):
@@ -18,8 +49,8 @@ class MaterialOptions(options.Part):
     A name of the catalogue gives all of it, and options beside it win.
     """
 
-    youngs_modulus: Annotated[options.Pressure, options.POSITIVE]
-    """Young's modulus E"""
+    youngs_modulus: Modulus
+    """Young's modulus E; over temperature, for [thermal], {temperature, value}"""
     poisson_ratio: Annotated[options.Number, options.NOT_NEGATIVE, Lt(0.5)]
     """Poisson's ratio ν"""
     density: Annotated[options.Density, options.POSITIVE]
@@ -28,9 +59,47 @@ class MaterialOptions(options.Part):
     """hardness of the flanks, such as '60 HRC', '300 HV', '200 HB' or '7 GPa' [what is
     usual for a named material, for wear laws that ask for it]. Source: HRC by ASTM
     E140, HB by ISO 18265"""
+    service_temperature: options.Temperature | None = None
+    """highest temperature that it may have in service, for [thermal] [the highest of
+    its tables]"""
+    thermal_expansion: options.ThermalExpansion | None = None
+    """coefficient of linear thermal expansion, for [thermal] [1.2e-4 1/K of plastics,
+    1.2e-5 1/K of metals]"""
     name: str | None = options.option(None, identity=False)
     """a material of the catalogue, such as '18CrNiMo7-6' or 'POM'. Source:
     wearlab.materials.grades"""
+    modulus_of_catalogue: SkipJsonSchema[bool] = options.option(False, identity=False)
+    """whether Young's modulus is the catalogue's, not one that the file states"""
+
+    @property
+    def modulus(self) -> over_temperature.TemperatureCurve:
+        """Young's modulus over temperature [Pa]."""
+        stated = self.youngs_modulus
+        if isinstance(stated, ModulusTable):
+            return over_temperature.TemperatureCurve(stated.temperature, stated.value)
+        return over_temperature.held(stated)
+
+    @property
+    def cold_modulus(self) -> float:
+        """Young's modulus, over temperature that at the lowest of its table [Pa]."""
+        return self.modulus.value[0]
+
+    @property
+    def is_plastic(self) -> bool:
+        """Whether it is a plastic, by its modulus."""
+        return self.cold_modulus < PLASTIC
+
+    @property
+    def softens(self) -> bool:
+        """Whether its modulus is given over temperature."""
+        return isinstance(self.youngs_modulus, ModulusTable)
+
+    @property
+    def expansion(self) -> float:
+        """Coefficient of thermal expansion, as stated or as usual [1/K]."""
+        if self.thermal_expansion is not None:
+            return self.thermal_expansion
+        return EXPANSION_OF_PLASTICS if self.is_plastic else EXPANSION_OF_METALS
 
     @property
     def sources(self) -> tuple[str, ...]:
@@ -74,7 +143,9 @@ def _material(value: object) -> object:
         if isinstance(value, dict)
         else {}
     )
-    return {**constants, "name": material, **beside}
+    of_catalogue = "youngs_modulus" not in beside
+    marks = {"name": material, "modulus_of_catalogue": of_catalogue}
+    return {**constants, **marks, **beside}
 
 
 NamedMaterial = Annotated[

@@ -9,6 +9,7 @@ from wearlab.scene import gears, sections
 from wearlab.scene.errors import ErrorHarmonic
 from wearlab.scene.mesh import OWN_MESHES, MeshSection, OneMesh
 from wearlab.scene.operation import BACK
+from wearlab.scene.thermal import tables_need_thermal, thermal_rules
 from wearlab.wear.coefficients.calibrated import CalibratedCoefficient
 
 Problems = Iterator[tuple[str, str]]
@@ -439,6 +440,7 @@ def _needs(scene: sections.Sections, wear: Any) -> Problems:
     cold = (
         ["lubricant"] if getattr(scene.lubricant, "temperature", None) is None else []
     )
+    unwarmed = ["thermal"] if scene.thermal is None else []
     oil = "in wear.coefficient needs [lubricant]"
     rough = "in wear.coefficient needs both roughnesses, such as '0.3 um'"
     for needed, missing, reason in (
@@ -448,6 +450,7 @@ def _needs(scene: sections.Sections, wear: Any) -> Problems:
         ("lambda_ratio", smooth, rough),
         ("hardness", soft, "needs the hardness of both flanks, such as '7 GPa'"),
         ("temperature", cold, "needs the temperature of the oil"),
+        ("flank_temperature", unwarmed, "needs [thermal], which finds the flank's"),
     ):
         who = " and ".join(name for name, needs in asking if needed in needs)
         yield from ((path, f"{who} {reason}") for path in missing if who)
@@ -654,6 +657,8 @@ RULES: tuple[tuple[str, Callable[[sections.Sections, Any], Problems]], ...] = (
     ("wear", _needs),
     ("gears", _face),
     ("rating", _rating),
+    ("gears", tables_need_thermal),
+    ("thermal", thermal_rules),
 )
 """Rules in the order in which they are problem, each with what a scene must have to be
 asked: it gets that."""

@@ -31,6 +31,7 @@ from wearlab.scene.sections import (
 from wearlab.scene.start import Start, StartWear
 from wearlab.scene.wear import WearSection
 from wearlab.tables.written import table_named
+from wearlab.thermal.models import ThermalModel
 from wearlab.wear.coefficients.calibrated import CalibrationLife
 
 RESOLVED = ("operation", "lubricant")
@@ -134,6 +135,11 @@ class Scene:
     def wear(self) -> WearSection | None:
         """The wear law and the life, None of one unworn state."""
         return self.sections.wear
+
+    @property
+    def thermal(self) -> ThermalModel | None:
+        """How warm friction makes the teeth, None where it does not count."""
+        return self.sections.thermal
 
     @property
     def numerics(self) -> Numerics:

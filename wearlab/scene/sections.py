@@ -23,6 +23,7 @@ from wearlab.scene.operation import BACK, Dynamics, Operation
 from wearlab.scene.start import Start
 from wearlab.scene.stored_variables import StoreSection
 from wearlab.scene.wear import WearSection
+from wearlab.thermal.models import ThermalModel
 
 STIFFNESS, PITTING = "ISO 6336-1", "ISO 6336-2"
 
@@ -114,6 +115,8 @@ class Sections(options.Part):
     """the oil [dry: no film]"""
     wear: WearSection | None = None
     """the wear law and the life [one unworn state]"""
+    thermal: ThermalModel | None = None
+    """how warm friction makes the teeth [all as warm as their constants hold]"""
     numerics: Numerics = Numerics()
     """accuracy"""
     start: Start | None = None

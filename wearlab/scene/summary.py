@@ -100,6 +100,8 @@ def _parts_of_wear(scene: Scene) -> dict[str, str | None]:
         "start from another run": str(scene.start.run)[:10] if scene.start else None,
         "wear": law,
     }
+    if scene.thermal:
+        parts["temperature"] = scene.thermal.chosen
     if is_one_state(scene):
         parts["one wear state"] = f"no cycles pass; {REMEDY}"
     parts["life"] = wear.step.chosen if wear and not is_one_state(scene) else None
@@ -227,10 +229,10 @@ def _shared_coefficient(scene: Scene) -> Iterator[str]:
         name: gear.material or scene.gears.material
         for name, gear in scene.gears.gears().items()
     }
-    moduli = [material.youngs_modulus for material in materials.values()]
+    moduli = [material.cold_modulus for material in materials.values()]
     if is_shared and not by_hardness and max(moduli) > ALIKE * min(moduli):
         made_of = ", ".join(
-            f"{name} {material.name or f'E = {material.youngs_modulus:.3g} Pa'}"
+            f"{name} {material.name or f'E = {material.cold_modulus:.3g} Pa'}"
             for name, material in materials.items()
         )
         tables = ", ".join(f"{name} = {{…}}" for name in materials)

@@ -137,7 +137,7 @@ def alike(
     reference : the other state
     """
     try:
-        state = parts.coupling.evaluate(wear, start)
+        state = parts.coupling_like(reference).evaluate(wear, start)
     except (limits.StopWear, GearError):  # or its steps are too rough for any motion
         return None
     periods = [

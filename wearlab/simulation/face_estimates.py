@@ -132,7 +132,7 @@ def _on_rougher_nodes(
     states: list[coupled.WearState],
 ) -> list[coupled.WearState]:
     """Return states evaluated at the slices and nodes of rougher physics."""
-    together = operating.taking_turns(rougher, stage.weight)
+    together = operating.taking_turns(rougher, stage.weight, stage.weight)
     grids = _grids(stage.first)
     rough_grids = _grids(rougher[0])
     rough = []

@@ -8,6 +8,7 @@ import numpy as np
 from wearlab import assembly
 from wearlab.arrays import Array
 from wearlab.life import coupled, duty_coupling
+from wearlab.life.thermal_coupling import ThermalDuty
 from wearlab.scene import Scene
 from wearlab.scene.operation import DutyBlock
 
@@ -96,13 +97,12 @@ def operating_condition(
     if len(time) > 1:
         weight = (time * speed / (time @ speed))[: len(models)]
     mean_speed = float(duty_coupling.mixture(time, list(speed)))
-    return OperatingCondition(
-        models, weight, mean_speed, taking_turns(models, weight), cycles
-    )
+    turning = taking_turns(models, weight, time[: len(models)])
+    return OperatingCondition(models, weight, mean_speed, turning, cycles)
 
 
 def taking_turns(
-    models: Sequence[assembly.GearModel], weight: Array
+    models: Sequence[assembly.GearModel], weight: Array, time: Array
 ) -> coupled.Coupled:
     """Return conditions that take turns as one coupling.
 
@@ -110,8 +110,18 @@ def taking_turns(
     ----------
     models : the physics in each condition
     weight : share of the cycles of each condition [1]
+    time : share of the operating time of each condition [1]
     """
     first, *later = (model.coupling for model in models)
     if not later and weight[0] == 1.0:
         return first
-    return duty_coupling.DutyCoupling(first.kinds, (first, *later), weight)
+    blocks = (first, *later)
+    thermal = models[0].scene.thermal
+    if thermal is None or thermal.duty_temperature == "own":
+        return duty_coupling.DutyCoupling(first.kinds, blocks, weight)
+    mesh_of_blocks = [model.gears.kinds[0] for model in models]
+    speeds = [mesh.speed for mesh in mesh_of_blocks]
+    balance = assembly.heat.mean_balance(
+        models[0].scene, mesh_of_blocks[0], speeds, time
+    )
+    return ThermalDuty(first.kinds, blocks, weight, time=time, balance=balance)

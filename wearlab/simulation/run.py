@@ -46,7 +46,7 @@ def simulate(scene: Scene) -> xr.Dataset:
     except GearError as error:
         raise label.Refused(str(error)) from error
     except limits.StopWear as stop:
-        reason = FIRST_STATE.get(stop.reason, stop.reason)
+        reason = stop.detail or FIRST_STATE.get(stop.reason, stop.reason)
         raise label.Refused(
             f"the gears cannot run in their first state: {reason}"
         ) from stop

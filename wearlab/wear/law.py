@@ -45,6 +45,7 @@ class FlankLaw(NamedTuple):
     rate : depth per cycle of a state, None for Archard's law
     hardness : of the flank [Pa]
     temperature : of the oil [K]
+    flank_temperature : of the flank, as [thermal] finds it [K]
     """
 
     coefficient: Coefficient
@@ -53,6 +54,7 @@ class FlankLaw(NamedTuple):
     rate: Callable[[FlankState], Array] | None = None
     hardness: float = NAN
     temperature: float = NAN
+    flank_temperature: float = NAN
 
 
 class WearLaw(NamedTuple):
@@ -217,6 +219,7 @@ def flank_state(
         law.law.pressure_factor * pressure,
         *conditions,
         coefficient=np.full(len(width), NAN),
+        flank_temperature=flank.flank_temperature,
     )
 
 

@@ -102,10 +102,10 @@ def wear_path(
         arc,
         np.arctan(rho / r_b),
     )
-    steel = [gear.material for gear in pair.gears]
+    flanks = [gear.material.at_flank for gear in pair.gears]
     modulus = contact_modulus(
-        [material.youngs_modulus for material in steel],
-        [material.poisson_ratio for material in steel],
+        [material.youngs_modulus for material in flanks],
+        [material.poisson_ratio for material in flanks],
     )
     return WearPath(*along, np.asarray(passes, float), float(width), modulus)
 

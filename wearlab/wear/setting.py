@@ -8,9 +8,16 @@ from numpy.typing import ArrayLike
 from wearlab.arrays import Array
 from wearlab.wear.path import WearPath
 
-NEEDS = ("lubricant", "roughness", "lambda_ratio", "hardness", "temperature")
+NEEDS = (
+    "lubricant",
+    "roughness",
+    "lambda_ratio",
+    "hardness",
+    "temperature",
+    "flank_temperature",
+)
 """What a coefficient, film or law may need: `lambda_ratio` is the oil and both
-roughnesses."""
+roughnesses, `flank_temperature` is what [thermal] finds."""
 
 
 class Setting(NamedTuple):
@@ -26,6 +33,7 @@ class Setting(NamedTuple):
     roughness : mean roughness R_a of both flanks, (driving, driven) [m]
     hardness : of the flank that wears [Pa]
     temperature : of the oil [K]
+    flank_temperature : of the flank that wears, as [thermal] finds it [K]
     """
 
     path: WearPath
@@ -34,6 +42,7 @@ class Setting(NamedTuple):
     roughness: tuple[float, float] | None = None
     hardness: float | None = None
     temperature: float | None = None
+    flank_temperature: float | None = None
 
 
 class FlankState(NamedTuple):
@@ -55,6 +64,7 @@ class FlankState(NamedTuple):
     temperature : of the oil [K]
     coefficient : (n,) wear coefficient, film included; NaN while it is itself asked for
         [m²/N]
+    flank_temperature : of this flank, as [thermal] finds it [K]
     """
 
     load: Array
@@ -66,6 +76,7 @@ class FlankState(NamedTuple):
     hardness: float
     temperature: float
     coefficient: Array
+    flank_temperature: float = float("nan")
 
 
 class PowerOfLoad(NamedTuple):

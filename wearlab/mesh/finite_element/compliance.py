@@ -290,7 +290,9 @@ def of_unit_size(gear: Gear) -> Gear:
         inertia=0.0,
         assumed=(),
         modification=None,
-        material=gear.material._replace(youngs_modulus=1.0, density=1.0),
+        material=gear.material._replace(
+            youngs_modulus=1.0, density=1.0, flank_modulus=None
+        ),
         **lengths,
     )
 

@@ -232,7 +232,9 @@ def lame(material: Material, plane: Plane) -> tuple[float, float]:
 
     See `in_plane`.
     """
-    modulus, nu, _ = material.in_plane(plane)
+    in_plane = material.in_plane(plane)
+    modulus = in_plane.youngs_modulus
+    nu = in_plane.poisson_ratio
     return modulus * nu / (1.0 - nu**2), material.shear_modulus
 
 
@@ -349,7 +351,9 @@ def half_plane_compliance(
     ----------
     Johnson 1985, §2.2: the half plane under a line load (Flamant).
     """
-    modulus, nu, _ = material.in_plane(plane)
+    in_plane = material.in_plane(plane)
+    modulus = in_plane.youngs_modulus
+    nu = in_plane.poisson_ratio
     lateral = 0.5 * (1.0 + nu)
     offset, weight = patch_rule()
     x = half_width * offset

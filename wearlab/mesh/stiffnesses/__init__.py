@@ -55,6 +55,19 @@ class StiffnessModel(Variant):
         """
         raise NotImplementedError(f"{type(self).__name__} has no build")
 
+    def warm(
+        self, pair: "GearPair", cold: "GearPair", grid: "profile.ProfileGrid"
+    ) -> "PairStiffness":
+        """Return the stiffness of a pair whose materials have softened.
+
+        Parameters
+        ----------
+        pair : the gears with the moduli that they have now
+        cold : the gears with those of the surroundings
+        grid : the nodes
+        """
+        return self.build(pair, grid)
+
     def flags(self, pair: "GearPair", key: str) -> tuple[str, ...]:
         """Return the notes that a run must bear about it.
 

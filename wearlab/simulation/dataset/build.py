@@ -19,7 +19,11 @@ from wearlab.simulation.dataset.finished import ConditionsOfLife, FinishedLife
 from wearlab.simulation.dataset.of_condition import condition_values
 from wearlab.simulation.dataset.of_life import life_variables
 
-LABELS: dict[str, Any] = {"axis": ["x", "y", "z"], "part": ["real", "imaginary"]}
+LABELS: dict[str, Any] = {
+    "axis": ["x", "y", "z"],
+    "part": ["real", "imaginary"],
+    "place": ["root", "flank"],
+}
 """Labels of dimensions that are the same in every run."""
 ALONG_STATES = ("mesh_cycles", "operating_hours", "preset_depth")
 """Variables of a life that are coordinates of the updates."""

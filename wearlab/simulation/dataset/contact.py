@@ -122,9 +122,9 @@ def _contact_of_pairs(
     load = analysis.load
 
     where = model.locate(mesh, model.phase)
+    flanks_of_states = [state.kind[on_clock.kind].flanks for state in states]
     contacts = [
-        analysis.quasistatic(state.kind[on_clock.kind].flanks.nodes, where)
-        for state in states
+        flanks.analysis.quasistatic(flanks.nodes, where) for flanks in flanks_of_states
     ]
     error = on_clock.error.value(where.phase) + model.constant_error[mesh]
     stored = {
@@ -149,13 +149,8 @@ def _contact_of_pairs(
         return on_clock.error.value(phase) + model.constant_error[mesh]
 
     of_states = [
-        contact_over_period(
-            analysis,
-            state.kind[on_clock.kind].flanks.nodes,
-            on_clock.lag,
-            error_at,
-        )
-        for state in states
+        contact_over_period(flanks.analysis, flanks.nodes, on_clock.lag, error_at)
+        for flanks in flanks_of_states
     ]
     return values | over_period(of_states, model.harmonics)
 

@@ -38,6 +38,8 @@ EVERYWHERE = (
     "wear where the face carries most, in proportion (mesh.face_load_factor)"
 )
 
+EVERYWHERE_WARM = EVERYWHERE.replace(", isothermal", "")
+"""The same of teeth that warm up."""
 OVER_FACE = (
     "load over the face: every tooth alike, isothermal; bodies of the gears even along "
     "it"
@@ -55,7 +57,10 @@ def model_errors(scene: Scene, model: assembly.GearModel) -> str:
     model : its physics
     """
     lines = chain(
-        _mesh_lines(scene, model), _wear_lines(scene), _load_lines(scene, model)
+        _mesh_lines(scene, model),
+        _wear_lines(scene),
+        _thermal_lines(scene),
+        _load_lines(scene, model),
     )
     return "\n".join(dict.fromkeys(lines))
 
@@ -90,10 +95,16 @@ def _wear_lines(scene: Scene) -> Iterator[str]:
         yield f"wear coefficient: {model_error}"
 
 
+def _thermal_lines(scene: Scene) -> Iterator[str]:
+    """Return the model error of the temperatures, none where they do not count."""
+    if scene.thermal is not None:
+        yield f"temperature: {scene.thermal.model_error}"
+
+
 def _load_lines(scene: Scene, model: assembly.GearModel) -> Iterator[str]:
     """Return the model errors of how the load lies on the flanks."""
     if model.face is None:
-        yield EVERYWHERE
+        yield EVERYWHERE if scene.thermal is None else EVERYWHERE_WARM
         return
     for of_set, kind in zip(model.gears.kinds, model.face.kinds, strict=True):
         model_error = scene.mesh.of(of_set.section).coupling.model_error

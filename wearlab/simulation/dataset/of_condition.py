@@ -13,6 +13,7 @@ from wearlab.simulation.dataset import (
     over_speed,
     path,
     rating,
+    thermal,
 )
 from wearlab.simulation.dataset.attractors import attractor_values
 from wearlab.simulation.dataset.coordinates import States
@@ -54,6 +55,7 @@ def condition_values(
 
     values = diagnosed("quasi-static contact", contact.mesh_values, model, states)
     values |= diagnosed("values along the path", path.path_values, model, states)
+    values |= diagnosed("temperature", thermal.thermal_values, model, states)
     values |= label.diagnosed(
         "rating", failures, label.Values(), rating.condition_rating, model
     )

@@ -1,6 +1,6 @@
 """Values along the path of contact: forces on teeth, pressure, sliding, film."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -9,6 +9,7 @@ from wearlab.arrays import Array
 from wearlab.simulation import label
 from wearlab.simulation.dataset.coordinates import States, by_flank
 from wearlab.simulation.dataset.face import face_states
+from wearlab.simulation.dataset.thermal import pressure_velocity, warm_kinds
 from wearlab.wear import films, law, path
 
 
@@ -23,6 +24,7 @@ def path_values(model: assembly.GearModel, states: States) -> label.Values:
     kinds = model.kinds
     axes = 1 if model.face is None else 2
     pressure_factor = model.pressure_factor
+    warm = None if model.scene.thermal is None else warm_kinds(model, states)
     forces = [_mean_forces(model, states, kind) for kind in range(len(kinds))]
 
     def on_both_flanks(
@@ -30,8 +32,8 @@ def path_values(model: assembly.GearModel, states: States) -> label.Values:
     ) -> Array:
         """Return what both flanks share, (n_updates, n_flanks, …, n)."""
         of_kind = []
-        for kind, kind_forces in zip(kinds, forces, strict=True):
-            values = of_force(kind, kind_forces)
+        for number, kind_forces in enumerate(forces):
+            values = _of_states(of_force, kinds[number], number, kind_forces, warm)
             of_kind.append(np.stack([values, values], axis=1))
         return by_flank(model, of_kind, axes)
 
@@ -53,13 +55,44 @@ def path_values(model: assembly.GearModel, states: States) -> label.Values:
         values["lambda_ratio"] = on_both_flanks(lambda_ratio)
     if model.face is None and all(kind.law is not None for kind in kinds):
         coefficients = [
-            _effective_coefficient(kind, kind_forces, depths(number, states))
-            for number, (kind, kind_forces) in enumerate(
-                zip(kinds, forces, strict=True)
+            _effective_coefficient(
+                [of_state[number] for of_state in warm or [kinds] * len(states)],
+                kind_forces,
+                depths(number, states),
             )
+            for number, kind_forces in enumerate(forces)
         ]
         values["effective_wear_coefficient"] = by_flank(model, coefficients)
+    if warm is not None:
+        values["pressure_velocity"] = pressure_velocity(
+            values["contact_pressure"], values["sliding_velocity"]
+        )
     return values
+
+
+def _of_states(
+    of_force: Callable[[assembly.MeshKindModel, Array], Array],
+    kind: assembly.MeshKindModel,
+    number: int,
+    forces: Array,
+    warm: list[tuple[assembly.MeshKindModel, ...]] | None,
+) -> Array:
+    """Return a function of the forces of all states, each as warm as it is.
+
+    Parameters
+    ----------
+    of_force : of a kind of mesh and forces on a pair
+    kind, number : the kind of mesh, and its number
+    forces : (n_updates, …, n) on a pair [N]
+    warm : the kinds of mesh of each state, None where temperature does not count
+    """
+    if warm is None:
+        return of_force(kind, forces)
+    rows = [
+        of_force(kinds[number], force)
+        for kinds, force in zip(warm, forces, strict=True)
+    ]
+    return np.stack(rows)
 
 
 def _mean_forces(model: assembly.GearModel, states: States, kind: int) -> Array:
@@ -109,13 +142,16 @@ def _lambda_ratio_of_law(kind: assembly.MeshKindModel, load: Array) -> Array | N
 
 
 def _effective_coefficient(
-    kind: assembly.MeshKindModel, forces: Array, depth: Array
+    kinds: Sequence[assembly.MeshKindModel], forces: Array, depth: Array
 ) -> Array:
-    """Return the effective wear coefficient at the nodes, (n_updates, 2, n) [m²/N]."""
-    assert kind.law is not None
+    """Return the effective wear coefficient at the nodes, (n_updates, 2, n) [m²/N].
+
+    The kinds are one kind of mesh in each of the states.
+    """
     rows = [
         law.effective_coefficient(kind.law, load, worn)
-        for load, worn in zip(forces, depth, strict=True)
+        for kind, load, worn in zip(kinds, forces, depth, strict=True)
+        if kind.law is not None
     ]
     return np.stack(rows)
 

@@ -7,7 +7,7 @@ from wearlab.dynamics.steady.coexisting import Search
 from wearlab.life import history, integrate
 from wearlab.scene import Scene
 from wearlab.simulation import initial_wear, operating
-from wearlab.simulation.dataset import monitoring
+from wearlab.simulation.dataset import monitoring, thermal
 
 INSTEAD = (
     "go on from this run with [start], let the static force wear (wear.load = "
@@ -71,6 +71,7 @@ def scene_validity(
         flags.append(
             "coexisting attractors of a set of several meshes are not looked for"
         )
+    flags += thermal.thermal_flags(model, life_history)
     if life_history.life is not None:
         flags += _life_flags(life_history.life)
     return tuple(flags)

@@ -1,0 +1,182 @@
+"""How warm the gears are: temperatures, loss, what both change, and their limits."""
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+
+from wearlab import assembly
+from wearlab.arrays import Array
+from wearlab.life import history, limits
+from wearlab.life.thermal_coupling import ThermalCoupling
+from wearlab.materials.over_temperature import celsius
+from wearlab.simulation import label
+from wearlab.simulation.dataset.coordinates import States
+from wearlab.thermal.balance import PLACES, ROOT, HeatState
+
+DEEP = 0.02
+"""Depth over the module above which gaps along the line of action are told to shorten
+lives: those of steel on plastic are 1.22, 1.26 and 1.29 times as long to 0.025, 0.05
+and 0.1 modules where wear goes to the points that touch (docs/model_error.md)."""
+MUCH_BEYOND = 0.03
+"""Share of the load beyond A and E above which a run says that it wears no flank."""
+
+
+def warm_kinds(
+    model: assembly.GearModel, states: States
+) -> list[tuple[assembly.MeshKindModel, ...]]:
+    """Return the kinds of mesh as warm as they are in each state.
+
+    Parameters
+    ----------
+    model : the physics
+    states : the wear states
+    """
+    warm = []
+    for state in states:
+        kinds = model.kinds
+        if state.heat is not None:
+            at_temperature = assembly.thermal.model_at(
+                model.scene, model.gears, kinds[0], state.heat.temperature
+            )
+            kinds = (at_temperature,)
+        warm.append(kinds)
+    return warm
+
+
+def thermal_values(model: assembly.GearModel, states: States) -> label.Values:
+    """Return temperatures, moduli and loss of the stored states, {} without [thermal].
+
+    Parameters
+    ----------
+    model : the physics in one condition of operation
+    states : the wear states that are stored
+    """
+    if model.scene.thermal is None:
+        return {}
+    heats = _heats(states)
+    return {
+        "tooth_temperature": _by_member(model, [heat.temperature for heat in heats]),
+        "elastic_modulus": _by_member(model, [heat.modulus for heat in heats]),
+        "friction_power": [[heat.friction_power] for heat in heats],
+        "loss_factor": [[heat.loss_factor] for heat in heats],
+        "load_beyond_path": [[heat.load_beyond] for heat in heats],
+        "thermal_backlash_change": [[_backlash_change(model, heat)] for heat in heats],
+    }
+
+
+def _heats(states: States) -> list[HeatState]:
+    """Return how warm the gears are in each state."""
+    return [state.heat for state in states if state.heat is not None]
+
+
+def _by_member(model: assembly.GearModel, values: list[Array]) -> Array:
+    """Return values of (driving, driven) in the order of members, (n, member, 2)."""
+    names = [gear.name for gear in model.kinds[0].pair.gears]
+    order = [names.index(member) for member in model.gears.members]
+    return np.stack(values)[:, order]
+
+
+def _backlash_change(model: assembly.GearModel, heat: HeatState) -> float:
+    """Return by how much warmth changes the circumferential backlash [m].
+
+    ``−2 tan α_w Σ r_w α (ϑ_root − ϑ_0)``: gears grow, the housing stays as it is.
+    """
+    pair = model.kinds[0].pair
+    ambient = assembly.heat.options_of(model.scene).ambient
+    growth = 0.0
+    for number, gear in enumerate(pair.gears):
+        pitch_radius = gear.base_radius / math.cos(pair.working_pressure_angle)
+        material = assembly.heat.material_of(model.scene, gear.name)
+        rise = float(heat.temperature[number, ROOT]) - ambient
+        growth += pitch_radius * material.expansion * rise
+    return -2.0 * math.tan(pair.working_pressure_angle) * growth
+
+
+def thermal_flags(
+    model: assembly.GearModel, life_history: history.History
+) -> Iterator[str]:
+    """Yield what a run with [thermal] must say of its validity.
+
+    Parameters
+    ----------
+    model : the physics in one condition of operation
+    life_history : the life in that condition
+    """
+    if model.scene.thermal is None:
+        return
+    yield from _assumed(model)
+    states = life_history.state
+    beyond = max(heat.load_beyond for heat in _heats(states))
+    if beyond > MUCH_BEYOND:
+        yield (
+            f"beyond A and E pairs carry up to {100.0 * beyond:.2g} % of the load: it "
+            "warms the teeth and wears no flank, though it slides most"
+        )
+    deepest = max(float(wear.max()) for state in states for wear in state.wear)
+    module = model.scene.gears.module
+    if deepest > DEEP * module and model.scene.mesh.contact.along_line_of_action:
+        yield (
+            f"wear of {1e6 * deepest:.4g} um is {deepest / module:.2g} modules: above "
+            f"{DEEP:g} gaps along the line of action shorten lives (those of steel on "
+            "plastic are 1.22, 1.26 and 1.29 times as long to 0.025, 0.05 and 0.1 "
+            "modules: docs/model_error.md)"
+        )
+    life = life_history.life
+    if life is not None and life.end_reason == limits.TOO_WARM:
+        yield from _end_by_warmth(model, _heats(states)[-1])
+
+
+def _assumed(model: assembly.GearModel) -> Iterator[str]:
+    """Yield what of [thermal] is assumed and held."""
+    scene = model.scene
+    thermal = assembly.heat.options_of(scene)
+    for name, transfer in assembly.heat.heat_transfers(scene).items():
+        if getattr(thermal.heat_transfer, name) is None:
+            numbers = " and ".join(f"{transfer[place]:g}" for place in PLACES)
+            yield (
+                f"thermal.heat_transfer: of {name} by the pair of materials, k_ϑ "
+                f"{numbers} (root, flank; VDI 2736, second-hand)"
+            )
+    for name in scene.gears.toothed:
+        material = assembly.heat.material_of(scene, name)
+        if material.is_plastic and not material.softens:
+            yield (
+                f"gears.{name}.material: Young's modulus is held at one value, however "
+                "warm the teeth become"
+            )
+        if material.is_plastic and material.thermal_expansion is None:
+            yield (
+                f"gears.{name}.material: thermal expansion {material.expansion:g} 1/K "
+                "assumed; it moves no flank, thermal_backlash_change says how much it "
+                "would"
+            )
+    if thermal.housing.model == "partly-open":
+        yield "thermal.housing: R_λG of 0.03 K m²/W, between 0.015 and 0.045, assumed"
+
+
+def _end_by_warmth(model: assembly.GearModel, heat: HeatState) -> Iterator[str]:
+    """Yield which temperature ended the life."""
+    coupling = model.coupling
+    assert isinstance(coupling, ThermalCoupling)
+    limit = coupling.warming.balance.nearest_limit
+    if limit is None:
+        yield "the life ends where no temperature is steady any more"
+        return
+    reached = float(heat.temperature[limit.number, limit.place])
+    yield (
+        f"the life ends by temperature: the {PLACES[limit.place]} of {limit.gear} has "
+        f"{celsius(reached)} and would pass {celsius(limit.temperature)}, "
+        f"{limit.reason}"
+    )
+
+
+def pressure_velocity(pressure: Array, sliding: Array) -> Array:
+    """Return pressure times sliding velocity along the path, (…) [Pa m/s].
+
+    Parameters
+    ----------
+    pressure : contact pressure [Pa]
+    sliding : sliding velocity, with its sign [m/s]
+    """
+    return np.asarray(pressure * np.abs(sliding))
