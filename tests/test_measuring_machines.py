@@ -175,6 +175,29 @@ def test_profile_lists_and_draws_a_machine_file(file, tmp_path, monkeypatch, cap
     assert "leave out" in capsys.readouterr().err
 
 
+def test_values_keep_their_side(tmp_path, capsys):
+    """What was not measured on the left is not taken from the right."""
+    head = gear.mka().replace("KS.MK.FILE", "KS.MW.FILE").split("Profil:")[0]
+    rows = (
+        " 26711 :Fa............. :  3.2 :  4.1\n"
+        " 26712 :ffa............ : -9999 : 2.0\n"
+        " 26713 :fHa............ : 8999 : 1.0\n"
+    )
+    path = tmp_path / "gear.mew"
+    path.write_text(f"{head}\n{rows}", encoding="utf-8-sig")
+    assert status_of(["profile", str(path)]) == 0
+    shown = capsys.readouterr().out
+    assert "26711 Fa 3.2, 4.1" in " ".join(shown.split())
+    assert "not measured, 2" in shown
+    assert "not available, 1" in shown
+    measurement = read_measurement(path)
+    assert measurement.number(26712, "right") == 2.0
+    with pytest.raises(TableError, match="code 26712, left side: not measured"):
+        measurement.number(26712, "left")
+    with pytest.raises(TableError, match=r"no curves: export the curves .* \(\.mka\)"):
+        measurement.curve("profile", "left", "mean")
+
+
 def test_damaged_files_are_read_or_refused(file):
     """Three hundred damaged files: each is read, or costs one line."""
     chance = random.Random(56)

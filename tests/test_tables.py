@@ -37,6 +37,29 @@ def table(tmp_path):
     return read
 
 
+HEADERS = "torque [N*m],speed [rpm],hours\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (
+            f"345,1200,9000\n{HEADERS}0,1500,900\n",
+            "line 1 holds values like a row, abov",
+        ),
+        (
+            f"{HEADERS}0,x,y\n{HEADERS}0,1500,900\n",
+            "line 1 has the headers of line 3 a",
+        ),
+        (f"{HEADERS}0,1500,900\n1,2,3,4,x\n", "line 3: 5 columns instead of 3"),
+    ],
+    ids=["rows above the headers", "headers twice", "a last row that is too wide"],
+)
+def test_no_row_is_left_unread_in_silence(table, text, message):
+    with pytest.raises(TableError, match=message):
+        table(text)
+
+
 GERMAN = (
     "Anlage;7\r\nBediener;Meier\r\n\r\nDatum;Masse [mg];Stunden / h;Notiz\r\n"
     "01.02.2026;1.234,5;10,5;nach Ölwechsel\r\n13.02.2026 14:30;2,5;20;\r\nSumme;;;\r\n"

@@ -176,6 +176,8 @@ ALIASES = {
     **{"rev": "turn", "r": "turn", "°": "degree", "°C": "degC", "%": "percent"},
     "mil": "thou",
 }
+INCH = 25.4e-3
+"""[m]"""
 PER_INCH = frozenset(("1/in", "1/inch", "in^-1", "in-1", "DP"))
 """Units of a diametral pitch, which is no length."""
 DIGITS = 12

@@ -195,3 +195,18 @@ def test_scenes_that_differ_in_a_hardness_are_told_apart_in_a_unit_that_converts
     assert [tuple(each) for each in differences(a, b)] == [
         ("wear.coefficient.hardness", 6.0, 7.5, "GPa")
     ]
+
+
+@pytest.mark.parametrize(
+    ("condition", "holds"),
+    [
+        ("gears.module = 20 DP", True),
+        ("gears.module < 10 DP", True),
+        ("gears.module = 10 DP", False),
+    ],
+)
+def test_diametral_pitches_stand_for_modules_in_conditions(condition, holds):
+    """25.4 mm over 20 are 1.27 mm."""
+    vocabulary = Vocabulary([Key("gears.module", "number", "m", "length")])
+    asked = read_condition(condition, vocabulary)
+    assert asked.holds({"gears.module": 1.27e-3}) is holds

@@ -492,6 +492,8 @@ class _Grammar:
             literal.unit in ("cycle", "cycles") and key.unit in PLAIN
         ):
             return number
+        if key.name.endswith("module") and literal.unit in units.PER_INCH and number:
+            return units.INCH / number
         try:
             if key.quantity:
                 return units.quantity(f"{number!r} {literal.unit}", key.quantity)

@@ -311,7 +311,9 @@ def declared_scene_key(name: str) -> Key | str | None:
             return scene_key(name + ONLY_VALUE, text=False)
         return "is a table: ask for one of its keys"
     if field.exclude:
-        return "stands in campaign files only, runs keep what it leads to"
+        of_pitch = path[-1].endswith("diametral_pitch")
+        instead = ": ask for gears.module, such as '20 DP'" if of_pitch else ""
+        return f"stands in campaign files only, runs keep what it leads to{instead}"
     return scene_key(
         name, text=quantity_at(name) is None and _is_text(field.annotation)
     )

@@ -19,6 +19,7 @@ UNPACKING = (
     NotImplementedError,
     EOFError,
     RuntimeError,
+    ValueError,
 )
 """What a damaged, encrypted or strangely packed zip raises."""
 
@@ -87,6 +88,8 @@ def _unzipped(content: bytes) -> bytes:
                 )
             with archive.open(model) as file:
                 unpacked = file.read(MAX_BYTES + 1)
+    except RexsError:
+        raise
     except UNPACKING as error:
         raise RexsError(
             f"the zip cannot be unpacked ({error}): unpack it yourself"

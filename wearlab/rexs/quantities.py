@@ -1,6 +1,5 @@
 """Values of attributes in known units, under every name that REXS gave them."""
 
-import math
 from typing import Any, NamedTuple
 
 from wearlab import units
@@ -56,6 +55,8 @@ PREFIXED = ("N*m", "W")
 """Wanted units whose prefixes differ by large and small letters alone."""
 USUAL = {"GPa": "N/mm^2", "kg/m^3": "kg/dm^3"}
 """The format's own unit, where it is not the wanted one."""
+LARGEST_NUMBER = 1e300
+"""Beyond it a number is nonsense, and a whole one would be no float."""
 LARGEST_SIZE = 1e6
 """Of lengths [mm], and of numbers of teeth."""
 NO_UNIT = ("", "none", "-")
@@ -232,7 +233,7 @@ def _raw(component: Component | None, attribute: str) -> tuple[Any, str, str]:
 
 def _is_number(value: Any) -> bool:
     """Tell whether a value is a finite number, not a truth value."""
-    return units.is_number(value) and math.isfinite(value)
+    return units.is_number(value) and abs(value) < LARGEST_NUMBER
 
 
 def _known(stated: str, wanted: str, source: str) -> str:

@@ -6,8 +6,6 @@ from typing import Any
 
 from wearlab import options, units
 
-INCH = 25.4e-3
-"""[m]"""
 NORMAL = "diametral_pitch"
 TRANSVERSE = "transverse_diametral_pitch"
 SIZES = ("module", NORMAL, TRANSVERSE)
@@ -35,7 +33,7 @@ def module_of_pitch(pitch: float, helix_angle: float = 0.0) -> float:
     >>> round(1e3 * module_of_pitch(20.0), 6)
     1.27
     """
-    return INCH * math.cos(helix_angle) / pitch
+    return units.INCH * math.cos(helix_angle) / pitch
 
 
 def with_module(table: Mapping[str, Any]) -> dict[str, Any]:

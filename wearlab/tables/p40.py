@@ -48,8 +48,8 @@ SIGNS = {
     ("lead", "right"): -1.0,
 }
 """Raw curve → printed sign."""
-NO_VALUE = (-9999.0, 8999.0)
-"""Of ``.mew``: not measured, not available."""
+NO_VALUE = {-9999.0: "not measured", 8999.0: "not available"}
+"""What stands for no value in a ``.mew``, and what it says."""
 
 CODE = re.compile(r"\s*(\d{1,5})\s+:(.*)")
 TITLE = re.compile(r"\s*(profile?|flankenlinie|lead|helix|tooth trace)\s*:\s*$", re.I)
@@ -136,7 +136,12 @@ class Measurement(NamedTuple):
                 f"{self.file}: code {code} is missing, so that the curves have no "
                 "place: export the measurement whole"
             )
-        return numbers[min(SIDES.index(side), len(numbers) - 1)]
+        number = numbers[min(SIDES.index(side), len(numbers) - 1)]
+        if number in NO_VALUE:
+            raise TableError(
+                f"{self.file}: code {code}, {side} side: {NO_VALUE[number]}"
+            )
+        return number
 
     @property
     def base_radius(self) -> float:
@@ -218,6 +223,11 @@ class Measurement(NamedTuple):
         traces = self._main(kind, side)
         if teeth != "mean":
             traces = [trace for trace in traces if trace.tooth == teeth]
+        if not self.traces:
+            raise TableError(
+                f"{self.file}: there are values in it and no curves: export the curves "
+                "of the measurement (.mka)"
+            )
         if not traces:
             present = ", ".join(map(str, self.teeth(kind, side))) or "none"
             raise TableError(
@@ -336,7 +346,7 @@ def measurement_of(content: bytes, file: str) -> Measurement:
         )
     lines = _decoded(content).splitlines()
     has_values_alone = VALUES in lines[0]
-    codes, labels, words = _codes(lines, has_values_alone=has_values_alone)
+    codes, labels, words = _codes(lines)
     if not has_values_alone:
         _check_conventions(words, file)
 
@@ -363,7 +373,7 @@ def _decoded(content: bytes) -> str:
 
 
 def _codes(
-    lines: Sequence[str], *, has_values_alone: bool
+    lines: Sequence[str],
 ) -> tuple[dict[int, tuple[float, ...]], dict[int, str], dict[int, tuple[str, ...]]]:
     """Return numbers, label and words behind each code."""
     codes: dict[int, tuple[float, ...]] = {}
@@ -377,8 +387,6 @@ def _codes(
         label, *fields = match[2].split(":")
         texts = " ".join(fields).split()
         numbers = [number for text in texts if (number := _number(text)) is not None]
-        if has_values_alone:
-            numbers = [number for number in numbers if number not in NO_VALUE]
         codes[code] = tuple(numbers)
         labels[code] = label.rstrip(". ")
         words[code] = tuple(texts)

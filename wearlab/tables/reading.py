@@ -364,6 +364,7 @@ def _table(
     """Return the table of all lines, read in one way."""
     header_line = lines[reading.header].number
     names, units = _names_and_units(file, header_line, reading)
+    _refuse_rows_above(file, lines[: reading.header], header_line, reading)
     body = lines[reading.first :]
     cells = [_cells(line.text, reading.separator) for line in body]
     count = 1 + _last_row(cells, len(names), reading.decimal)
@@ -412,6 +413,33 @@ def _table(
     )
 
 
+def _refuse_rows_above(
+    file: str, above: Sequence[Line], header_line: int, reading: Reading
+) -> None:
+    """Refuse lines above the headers that would be rows below them.
+
+    Parameters
+    ----------
+    file : its name, for messages
+    above : the lines above the headers
+    header_line : number of the headers' line
+    reading : how the table is read
+    """
+    for line in above:
+        row = _fitted(_cells(line.text, reading.separator), len(reading.headers))
+        if row is not None and tuple(row) == reading.headers:
+            raise TableError(
+                f"{file}: line {line.number} has the headers of line {header_line} "
+                "already; delete one of them, and mend what stands between"
+            )
+        kinds = [kind_of(cell, reading.decimal) for cell in row or ()]
+        if kinds and all(kind in VALUES for kind in kinds):
+            raise TableError(
+                f"{file}: line {line.number} holds values like a row, above the "
+                f"headers of line {header_line}: move it below them, or delete it"
+            )
+
+
 def _names_and_units(
     file: str, header_line: int, reading: Reading
 ) -> tuple[tuple[str, ...], dict[str, str]]:
@@ -432,11 +460,16 @@ def _names_and_units(
 
 
 def _last_row(cells: Sequence[Sequence[str]], width: int, decimal: str) -> int:
-    """Return the index of the last row, also one cut short; text may stand below."""
+    """Return the index of the last row, also one cut short; text may stand below.
+
+    A line of as many cells as headers, with several values, is a row that is wrong.
+    """
     for index in reversed(range(len(cells))):
-        kinds = {kind_of(cell, decimal) for cell in cells[index]}
+        kinds = [kind_of(cell, decimal) for cell in cells[index]]
+        values = sum(kind in VALUES for kind in kinds)
+        is_wide = len(kinds) >= width and values > 1
         whole = "text" not in kinds or _fitted(cells[index], width) is not None
-        if kinds & set(VALUES) and whole:
+        if values and (whole or is_wide):
             return index
     raise AssertionError("a reading has a row of values")
 

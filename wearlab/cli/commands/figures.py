@@ -272,10 +272,12 @@ def _extent(
 
 
 def _values_by_code(measurement: "Measurement") -> dict[str, str]:
-    """Return what a file of values holds, by its labels."""
+    """Return what a file of values holds, by its labels: left and right, or both."""
+    from wearlab.tables.p40 import NO_VALUE
+
     return {
-        f"{code} {measurement.labels[code]}": " ".join(
-            f"{number:g}" for number in numbers
+        f"{code} {measurement.labels[code]} ": ", ".join(
+            NO_VALUE.get(number, f"{number:g}") for number in numbers
         )
         for code, numbers in measurement.codes.items()
         if numbers
