@@ -23,6 +23,8 @@ DUTY_EXPONENT = 0.64
 SPEED_EXPONENT = 0.75
 """Power of v_t m_n in the heat transfer of the teeth [1]."""
 MILLIMETRE = 1e-3
+MAX_CONTACT_RATIO = 2.0
+"""ε_α from which there is no point of single contact."""
 
 
 def pair_stiffness(face_width: float, moduli: Sequence[float]) -> float:

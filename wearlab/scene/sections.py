@@ -64,6 +64,18 @@ class Rating(options.Part):
     """life wanted of it. Source: ISO 6336-2"""
     transverse_load_factor: Annotated[options.Number, options.POSITIVE] = 1.0
     """K_Hα on the contact stress. Source: ISO 6336-2"""
+    load_cycles: Annotated[options.Number, options.POSITIVE] | None = None
+    """turns of the pinion for mean wear and root strength of plastics, with [thermal]
+    [those of wear.until]. Source: VDI 2736-2"""
+    root_form_factors: (
+        tuple[
+            Annotated[options.Number, options.POSITIVE],
+            Annotated[options.Number, options.POSITIVE],
+        ]
+        | None
+    ) = None
+    """Y_Fa Y_Sa of pinion and gear, for the stress of plastic roots, with [thermal] [no
+    root stress]. Source: VDI 2736-2"""
 
 
 MOST = 1_000_000  # points; a state of the wear would take gigabytes

@@ -14,6 +14,7 @@ from wearlab.simulation.dataset import (
     path,
     rating,
     thermal,
+    vdi_rating,
 )
 from wearlab.simulation.dataset.attractors import attractor_values
 from wearlab.simulation.dataset.coordinates import States
@@ -58,6 +59,9 @@ def condition_values(
     values |= diagnosed("temperature", thermal.thermal_values, model, states)
     values |= label.diagnosed(
         "rating", failures, label.Values(), rating.condition_rating, model
+    )
+    values |= label.diagnosed(
+        "rating by VDI 2736", failures, label.Values(), vdi_rating.vdi_rating, model
     )
     values |= exact_contact.exact_values(model, states, failures)
     if model.vibration is not None:
