@@ -1,5 +1,6 @@
 """One case updated: posterior, answer, draws, checks, and notes for its reader."""
 
+from collections import Counter
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
@@ -23,6 +24,8 @@ from wearlab.updating import (
 from wearlab.updating.cases import Subject, UpdateError
 from wearlab.updating.data_blocks import Block, Blocks
 from wearlab.updating.lives import Answer
+from wearlab.updating.robust import applies, robust_answer
+from wearlab.updating.row_checks import RowCheck, odd_rows
 from wearlab.updating.run_curves import RunHistory, Runs
 
 ACCUMULATING = "accumulating"
@@ -59,6 +62,8 @@ class UpdateOutcome:
     checks : of every inspection
     courses : of each block, the probability of a course of its inspections as far off
     misfits : of each block, the probability of a bend or break of the wear as clear
+    odd_rows : those that chance alone hardly puts so far off what all others tell
+    robust : the answer with Student-t errors, None where nothing is odd
     readings : what a steady and each drifting rate would make of the measurements
     sources : for each block that was measured, the answer without it; none where there
         is one block
@@ -74,6 +79,8 @@ class UpdateOutcome:
     checks: Sequence[sampling.Check]
     courses: dict[int, float]
     misfits: dict[int, float]
+    odd_rows: tuple[RowCheck, ...]
+    robust: Answer | None
     readings: tuple[rate_drift.CourseReading, ...]
     sources: dict[int, Answer]
     notes: tuple[str, ...]
@@ -220,6 +227,10 @@ def outcome_of(
     misfits = misfit.misfits(answer.posterior)
     seen = min(misfits.values(), default=1.0) < sampling.ALARM
     readings = _readings(study, answer, seen)
+    odd = tuple(odd_rows(answer.posterior, sampling.ALARM))
+    robust = None
+    if (odd or _any_off(checks)) and applies(answer):
+        robust = robust_answer(answer, odd)
 
     stats = _stats(study, answer)
     stats["prior_predictive_p"] = _prior_predictive_p(prior, prior_draws, blocks, rng)
@@ -233,11 +244,19 @@ def outcome_of(
         checks=checks,
         courses=courses,
         misfits=misfits,
+        odd_rows=odd,
+        robust=robust,
         readings=readings,
         sources=_without_each_source(study, runs, answer),
-        notes=tuple(_notes(study, answer, draws, stats, larger)),
+        notes=tuple(_notes(study, answer, draws, stats, larger, odd)),
         stats=stats,
     )
+
+
+def _any_off(checks: Sequence[sampling.Check]) -> bool:
+    """Whether any inspection is farther off than chance makes one of all of them."""
+    counts = Counter(check.block for check in checks)
+    return any(check.p < sampling.ALARM / counts[check.block] for check in checks)
 
 
 def _readings(
@@ -383,6 +402,7 @@ def _notes(
     draws: sampling.Draws,
     stats: dict[str, float],
     larger: Sequence[LargerError],
+    odd_rows: Sequence[RowCheck],
 ) -> list[str]:
     """Return what a reader must know, most important first."""
     post = answer.posterior
@@ -410,12 +430,19 @@ def _notes(
         "doubted": doubts.sound_probability(post) < 1.0,
         "chances": [doubts.doubted_probability(post, n) for n in answer.at_odds],
         "oddities": odd,
+        "odd_rows": [_described(blocks[check.block], check) for check in odd_rows],
         "hours": study.record and study.record.excess(a_year),
         "reversed_work": study.record and study.record.reversed_work,
         "steady": _is_taken_as_steady(study, post),
         "no_drift": study.limit.quantity if no_drift else "",
     }
     return layout.rendered("notes.txt", values)
+
+
+def _described(block: Block, check: RowCheck) -> dict[str, Any]:
+    """Return what a note says of an odd row."""
+    line = block.observed.row[check.row]
+    return {"data": block.data, "line": line, "sds": check.sds, "p": check.p}
 
 
 def _is_taken_as_steady(study: Subject, post: grids.Posterior) -> bool:

@@ -36,6 +36,20 @@ class Spread(NamedTuple):
     scale: float = 1.0
 
 
+def values_worth(spread: Spread) -> float:
+    """Return how many values the prior of an unknown sd is worth.
+
+    As many as make a scaled inverse chi-square law as wide.
+
+    Parameters
+    ----------
+    spread : with a prior
+    """
+    assert spread.prior is not None
+    low, high = np.log([spread.prior.at(0.159), spread.prior.at(0.841)])
+    return float(2.0 / (high - low) ** 2)
+
+
 def largest_values(block: "Block") -> Array:
     """Return what values may be at most by their errors, (rows,) [SI].
 

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.special import log_ndtr
+from scipy.special import gammaln, log_ndtr, stdtr
 
 from wearlab.arrays import Array
 from wearlab.campaign.update_options import PREVIOUS
@@ -166,7 +166,8 @@ def log_likelihood(
         times = steps or ([whole] if len(block.rows) else [])
         return kalman.with_gain(measured, model, residuals.variance, times, error)
     if not (steps or block.shares):
-        total = _independent(residuals)
+        freedoms = [run.freedom for run, _ in pairs]
+        total = _independent(residuals, _by_lane(freedoms, pairs, lanes.shape))
         no_drift = np.zeros_like(total)
         return kalman.Filtered(total, no_drift, no_drift.copy(), cycles.last)
 
@@ -229,11 +230,13 @@ def _condensed_of_runs(
     return kalman.Filtered(sums[0], sums[1], sums[2], last)
 
 
-def _independent(residuals: kalman.Residuals) -> Array:
-    """Return the sum of the logs of independent normal densities.
+def _independent(residuals: kalman.Residuals, freedom: Array | float) -> Array:
+    """Return the sum of the logs of independent densities, normal or Student's t.
 
     Of values below a limit of detection it has the probability to be there.
     """
+    if np.isfinite(freedom).all():
+        return _student(residuals, np.asarray(freedom)[..., None])
     difference, variance, room = residuals
     n = difference.shape[-1]
     hidden = kalman.censored_values(room)
@@ -255,3 +258,23 @@ def _independent(residuals: kalman.Residuals) -> Array:
             logs = np.where(hidden[part], log_below, logs)
         total = total + logs.sum(axis=-1)
     return total
+
+
+def _student(residuals: kalman.Residuals, freedom: Array) -> Array:
+    """Return the sum of the logs of independent densities of Student's t law.
+
+    Parameters
+    ----------
+    residuals : values beside the model, with the squares of their scales
+    freedom : degrees of freedom, (…, 1)
+    """
+    difference, variance, room = residuals
+    hidden = kalman.censored_values(room)
+    half = 0.5 * (freedom + 1.0)
+    log_norm = gammaln(half) - gammaln(0.5 * freedom) - 0.5 * np.log(np.pi * freedom)
+    tail = half * np.log1p(difference**2 / (freedom * variance))
+    logs = log_norm - 0.5 * np.log(variance) - tail
+    if hidden.any():
+        below = stdtr(freedom, room / np.sqrt(variance))
+        logs = np.where(hidden, np.log(np.maximum(below, 1e-300)), logs)
+    return np.asarray(logs.sum(axis=-1))

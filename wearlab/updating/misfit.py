@@ -65,7 +65,7 @@ def _misfit(
 
     parts = [time.values for time in times]
     sd = float(np.exp(np.median(posterior.spreads[number][0][0])))
-    model, slope = _best_fit(block, run, number, sd, float(posterior.centre[0]))
+    model, slope = best_fit(block, run, number, sd, float(posterior.centre[0]))
     error = block.data.error
     variance = sd**2 + observed.sd[block.rows] ** 2 + (block.relative * model) ** 2
     weight = 1.0 / np.maximum(variance, 1e-300)
@@ -84,10 +84,18 @@ def _misfit(
     return _probability(rest * root, mean(slope) * root, columns * root)
 
 
-def _best_fit(
+def best_fit(
     block: Block, run: RunHistory, number: int, sd: float, start: float
 ) -> tuple[Array, Array]:
-    """Return the model that fits best and its slope by ln factor, of each value."""
+    """Return the model that fits best and its slope by ln factor, of each value.
+
+    Parameters
+    ----------
+    block, number : what was measured, and its place
+    run : a stored run
+    sd : standard deviation of a value [SI]
+    start : ln of the factor to begin with
+    """
     value = block.observed.value[block.rows]
     column_variance = block.observed.sd[block.rows] ** 2
     log_factor = start

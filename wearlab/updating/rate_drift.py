@@ -298,7 +298,7 @@ def _variances(group: Group, rest: Array) -> tuple[Array, Array]:
     variance = np.full(rest.shape[:-1], spread.known**2)
     worth = 0.0
     if spread.prior is not None:
-        worth = _values_worth(spread)
+        worth = data_blocks.values_worth(spread)
         squares = np.maximum(group.size * rest**2 - group.variance, 0.0)
         total = np.sum(squares, axis=-1) + group.scatter
         variance = (total + worth * spread.known**2) / (count + worth)
@@ -310,13 +310,6 @@ def _variances(group: Group, rest: Array) -> tuple[Array, Array]:
     logs += within / variance if spread.prior is not None else 0.0
     logs += (count - len(group.size) + worth) * np.log(variance)
     return of_mean, -0.5 * logs
-
-
-def _values_worth(spread: data_blocks.Spread) -> float:
-    """Return how many values the prior of an unknown sd is worth."""
-    assert spread.prior is not None
-    low, high = np.log([spread.prior.at(0.159), spread.prior.at(0.841)])
-    return float(2.0 / (high - low) ** 2)
 
 
 def _narrowed(

@@ -228,6 +228,9 @@ def _case(groups: Mapping[str, xr.Dataset]) -> dict[str, Any]:
     values["what_if"] = scenario_text.scenario_lines(predictions)
     values |= _costs(groups.get("decision", xr.Dataset()))
     values["readings"] = list(_readings(stats))
+    if "robust_life" in stats and np.isfinite(stats["robust_life"]).all():
+        freedom = float(stats["robust_freedom"])
+        values["robust"] = {"life": stats["robust_life"].values, "freedom": freedom}
     values["drifts"] = stats.attrs.get("discrepancy") == "drifting-rate"
     if "end_of_life_quantile" in predictions:
         about = str(predictions["end_of_life_quantile"].attrs["long_name"])

@@ -333,6 +333,8 @@ class RunHistory:
     new_at : cycle at which the gear that ends the life was new [start]
     course : of its wear where the rate drifts, None where it is steady
     doubted : the sheet that has a scale of its own, None where all are sound
+    freedom : degrees of freedom of the Student-t law of independent errors, infinitely
+        many of a normal law
     """
 
     id: str
@@ -354,6 +356,7 @@ class RunHistory:
     new_at: float | None = None
     course: Course | None = None
     doubted: DoubtedSheet | None = None
+    freedom: float = np.inf
 
     @property
     def new_cycle(self) -> float:

@@ -19,6 +19,7 @@ from wearlab.updating import (
     decision,
     doubts,
     layout,
+    robust,
     sampling,
     scenarios,
     scores,
@@ -495,6 +496,9 @@ def _statistics(outcome: UpdateOutcome) -> xr.Dataset:
             "reading_life": np.stack(lives),
             "reading_size": np.stack(sizes),
         }
+    if outcome.robust is not None:
+        values["robust_life"] = outcome.robust.life(layout.P[[0, 2, 4]])
+        values["robust_freedom"] = robust.freedom_of(outcome.robust)
     parts = [layout.dataset("statistics", values)]
     for number in range(len(outcome.posterior.blocks)):
         block_checks = [check for check in outcome.checks if check.block == number]
