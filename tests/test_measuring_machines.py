@@ -2,6 +2,7 @@
 
 import json
 import random
+import re
 
 import measured_gear as gear
 import numpy as np
@@ -196,6 +197,17 @@ def test_values_keep_their_side(tmp_path, capsys):
         measurement.number(26712, "left")
     with pytest.raises(TableError, match=r"no curves: export the curves .* \(\.mka\)"):
         measurement.curve("profile", "left", "mean")
+
+
+def test_a_side_that_was_not_measured_has_no_panel(file, tmp_path, monkeypatch):
+    """Leads of the left side alone ended in a traceback."""
+    heads = re.compile(r"\nTooth-No\.: \d+ right / 21 [^\n]*\n[^T]*(?=\n)")
+    file.write_text(heads.sub("", gear.mka()))
+    measurement = read_measurement(file)
+    assert measurement.teeth("lead", "left") and not measurement.teeth("lead", "right")
+    monkeypatch.chdir(tmp_path)
+    assert status_of(["profile", "gear.mka"]) == 0
+    assert (tmp_path / "gear.png").read_bytes().startswith(b"\x89PNG")
 
 
 def test_damaged_files_are_read_or_refused(file):

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
+from math import prod
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,7 @@ from wearlab.assembly.gear_model import GearModel
 from wearlab.assembly.kinds import build_kind
 from wearlab.assembly.life import build_load
 from wearlab.assembly.long_periods import require_bounded_transmission_error
+from wearlab.assembly.memory import require_memory_for_states
 from wearlab.assembly.on_clock import OnClock
 from wearlab.assembly.vibration import build_vibration
 from wearlab.life.coupled import MeshKind
@@ -73,7 +75,10 @@ def build(
         joint = planets.planets_apart(scene, gears, meshes, system)
         coupling = replace(coupling, planets=joint)
     model = GearModel(scene, gears, kinds, meshes, edges, coupling)
-    require_bounded_transmission_error(scene, gears, meshes, len(model.phase))
+    phases = len(model.phase)
+    depths = sum(2 * prod(kind.shape) for kind in joined)
+    require_memory_for_states(scene, phases, len(meshes), depths)
+    require_bounded_transmission_error(scene, gears, meshes, phases)
     return model
 
 

@@ -8,6 +8,7 @@ import numpy as np
 from scipy.linalg import null_space
 
 from wearlab.arrays import Array
+from wearlab.assembly import memory
 from wearlab.dynamics import system
 from wearlab.gears import specification
 from wearlab.life.coupled import hunting_grid
@@ -19,16 +20,8 @@ TAKEN_UP = 1e-9
 LONGEST_PERIOD = 60
 """Mesh periods after which a fluctuating torque has to repeat."""
 SAME_ORDER = 1e-9
-MAX_BYTES = 10e9
-"""Memory that all mesh periods of hunting teeth may take."""
-FLOAT_BYTES = 8
-NUMBERS_OF_A_STEP = 120
-"""Numbers in the tables of a mesh, of three stages, and as many beside them while they
-are made."""
 MAX_SINES = 2e10
 """Values of waves that a transmission error over all mesh periods may sum: minutes."""
-WEAR_STATES = 32
-"""Wear states that are stored of a life where none was asked for, about."""
 
 
 def hunting_period(
@@ -61,11 +54,9 @@ def require_memory(teeth: Sequence[int], periods: int, numbers: int) -> None:
 
     Raises
     ------
-    GearError : all periods take more than `MAX_BYTES`
+    GearError : all periods take more than `memory.MAX_BYTES`
     """
-    needed = FLOAT_BYTES * numbers * periods
-    if needed > MAX_BYTES:
-        limit = f"{needed / 1e9:.3g} GB, more than {MAX_BYTES / 1e9:g} GB"
+    if limit := memory.gigabytes_beyond(numbers * periods):
         raise _meet_too_rarely(teeth, periods, limit)
 
 
@@ -82,13 +73,13 @@ def require_bounded_transmission_error(
 
     Raises
     ------
-    GearError : it takes more than `MAX_BYTES` or `MAX_SINES`
+    GearError : it takes more than `memory.MAX_BYTES` or `MAX_SINES`
     """
     if scene.errors is None or not scene.prescribed.measured_pitches:
         return
     teeth = [gear.teeth for gear in gears.gears.values()]
     periods = scene.errors.slow.periods(teeth)
-    states = 1 if scene.wear is None else WEAR_STATES
+    states = memory.wear_states(scene)
     require_memory(teeth, periods, (states + 1) * len(meshes) * phases)
 
     waves = sum(len(mesh.error.slow.amplitude) for mesh in meshes)

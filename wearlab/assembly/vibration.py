@@ -7,12 +7,12 @@ import numpy as np
 
 from wearlab.arrays import Array
 from wearlab.assembly.long_periods import (
-    NUMBERS_OF_A_STEP,
     fluctuation,
     hunting_period,
     require_memory,
     slow_errors,
 )
+from wearlab.assembly.memory import NUMBERS_OF_A_STEP, require_memory_for_steps
 from wearlab.assembly.on_clock import OnClock
 from wearlab.assembly.steps import steps_grid
 from wearlab.dynamics import methods, modes, system
@@ -89,6 +89,7 @@ def build_vibration(
     # over a face no pair enters or leaves at once, so steps need not follow pairs
     followed = clock._replace(meshes=()) if scene.face_keys else clock
     grid = steps_grid(scene, followed, system, stiffest, gears.period)
+    require_memory_for_steps(len(grid.width), len(clock.meshes))
     hunting = hunting_period(scene, gears, clock.meshes)
     if hunting > 1:
         teeth = [gear.teeth for gear in gears.gears.values()]

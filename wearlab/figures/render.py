@@ -689,6 +689,8 @@ def _sides(panel: Panel, share: float) -> list[str]:
     panel : with its marks
     share : of the abscissa, that two letters need
     """
+    if not panel.marks:
+        return []
     places = np.array([mark.x for mark in panel.marks])
     abscissae = np.concatenate([curve.x for curve in panel.curves] + [places])
     # that two letters need

@@ -252,6 +252,7 @@ def measurement_figure(measurement: Measurement, ending: str) -> bytes:
         _measured_panel(measurement, kind, side, (row, column))
         for row, kind in enumerate(kinds)
         for column, side in enumerate(SIDES)
+        if measurement.teeth(kind, side)
     ]
     plot = Plot(
         f"{measurement.name or Path(measurement.file).name}: measured flanks",
@@ -269,9 +270,8 @@ def _measured_panel(
     """Return the panel of the profiles or leads of one side."""
     abscissa = "roll_length" if kind == "profile" else "face_position"
     curves: list[Curve] = []
-    labels: tuple[str, str] = ("", "")
-    teeth: list[str | int] = [*measurement.teeth(kind, side)]
-    for tooth in [*teeth, "mean"] if teeth else []:
+    teeth: list[str | int] = [*measurement.teeth(kind, side), "mean"]
+    for tooth in teeth:
         places, deviation = measurement.curve(kind, side, tooth)
         (x,), x_label = _axis((abscissa, tuple(places)))
         (y,), y_label = _axis(("deviation", tuple(deviation)))
