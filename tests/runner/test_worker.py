@@ -6,6 +6,7 @@ import fake_campaign
 import netCDF4
 from fake_campaign import SIMULATE, Scene
 
+from wearlab.runner import worker
 from wearlab.runner.cluster import LARGEST_BATCH, Pace
 from wearlab.runner.worker import Task, execute, execute_all, warm_up
 
@@ -63,6 +64,16 @@ def test_warming_up_never_stops_the_work(capsys, monkeypatch, tmp_path):
     warm_up([Scene()], SIMULATE)
     monkeypatch.delattr(fake_campaign, "warm_up")
     warm_up([Scene()], SIMULATE)
+
+
+def test_the_only_worker_tells_what_it_compiles(monkeypatch):
+    """With ``--workers 1`` the progress said "compiling" for minutes, and no more."""
+    told = []
+    monkeypatch.setattr(worker, "from_worker", lambda: told.append)
+    report = lambda scenes, turn, workers, report: report(1, 2, "contact")  # noqa: E731
+    monkeypatch.setattr(fake_campaign, "warm_up", report)
+    warm_up([Scene()], SIMULATE)
+    assert told == [{"compiling": "contact", "turn": 0, "done": 1, "total": 2}]
 
 
 def test_batches_follow_the_pace():

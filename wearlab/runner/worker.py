@@ -222,7 +222,7 @@ def warm_up(
     send : is told what is compiled, and how much is left, with ``turn``, ``done``,
         ``total`` and ``compiling`` [as a worker of dask tells its parent]
     """
-    if send is None and workers > 1:
+    if send is None:
         send = from_worker()
 
     def report(done: int, total: int, text: str) -> None:
