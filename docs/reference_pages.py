@@ -118,6 +118,10 @@ def _references(option: Any) -> Iterator[str]:
 
 
 def _kind(option: dict[str, Any]) -> str:
+    first, *others = option.get("anyOf") or [{}]
+    is_range = any(other.get("items") == first for other in others)
+    if is_range and "examples" in first:
+        option = first  # a value, or a list of two of them
     if "examples" in option:
         return " or ".join(
             f'`"{one}"`' if isinstance(one, str) else f"`{one}`"

@@ -1,6 +1,7 @@
 import json
 import tomllib
 
+import jsonschema
 import pytest
 from scenes import CAMPAIGNS
 
@@ -307,3 +308,13 @@ def test_top_level_keys():
     assert set(SCHEMA["properties"]) == own | set(Sections.model_fields)
     for file in CAMPAIGNS.rglob("*.toml"):
         assert set(tomllib.loads(file.read_text())) <= set(SCHEMA["properties"])
+
+
+def test_loads_of_a_duty_are_quantities_or_ranges_of_two():
+    validator = jsonschema.Draft202012Validator(
+        {**SCHEMA["$defs"]["DutyBlock"], "$defs": SCHEMA["$defs"]}
+    )
+    one = {"torque": "340 N*m", "speed": ["1000 rpm", "1200 rpm"], "share": 1}
+    assert validator.is_valid(one)
+    assert not validator.is_valid({**one, "speed": ["1000 rpm"]})
+    assert not validator.is_valid({**one, "torque": 340})

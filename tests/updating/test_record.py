@@ -161,6 +161,36 @@ def test_bins_have_no_order_and_many_conditions_are_classed(tmp_path):
     assert (which[:2] == -1).all()
 
 
+def test_bins_of_cycles_and_ranges_are_those_of_hours_and_middles(tmp_path):
+    """1e5 turns at 1000 1/min last 100 min; 50 to 150 N m count as 100 N m."""
+    cycles = "turns,torque from,torque to,speed\n1e5,50,150,1000\n2e5,-30,-10,500\n"
+    hours = f"duration,torque,speed\n{1e5 / 6e4!r},100,1000\n{2e5 / 3e4!r},-20,500\n"
+    expected = read_record(block(tmp_path, hours, duration="duration"), None, None)
+    by_name = read_record(block(tmp_path, cycles, cycles="turns"), None, None)
+    torque = ("torque from", "torque to")
+    named = block(tmp_path, cycles, cycles="turns", torque=torque)
+    for record in (by_name, read_record(named, None, None)):
+        np.testing.assert_allclose(record.time, expected.time, rtol=1e-12)
+        np.testing.assert_allclose(record.torque, expected.torque)
+        np.testing.assert_allclose(record.speed, expected.speed)
+        assert record.mixed
+
+
+@pytest.mark.parametrize(
+    ("rows", "said"),
+    [
+        ("turns,torque,speed\n1e5,1,0\n", "'speed': tells no time of its cycles: give"),
+        (
+            "turns,torque from,torque to,speed\n1e5,-1,1,5\n",
+            "line 2, column 'torque from': -1 to 1: a range on both sides of 0",
+        ),
+    ],
+)
+def test_bins_without_a_time_or_a_middle_are_refused(tmp_path, rows, said):
+    with pytest.raises(UpdateError, match=said):
+        read_record(block(tmp_path, rows, cycles="turns"), None, None)
+
+
 @pytest.mark.parametrize(
     ("rows", "said"),
     [
@@ -193,7 +223,9 @@ def test_what_a_record_cannot_go_with_is_refused(tmp_path):
             [(1, 1)],
             text=RECORDED.replace('hours = "hours", value', 'cycle = "hours", value'),
         )
-    with pytest.raises(CampaignError, match="name one of hours, date, duration, not 2"):
+    with pytest.raises(
+        CampaignError, match="name one of hours, date, duration, cycles, not 2"
+    ):
         campaign(
             tmp_path,
             [(1, 1)],

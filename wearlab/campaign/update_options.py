@@ -528,21 +528,27 @@ class RecordColumns(ClosedTable):
     date: str | None = None
     """when a condition begins; speed 0 is a standstill [hours]"""
     duration: str | None = None
-    """hours in a bin, whose order is not known [hours or date]"""
-    torque: str = "torque"
-    """input torque"""
-    speed: str = "speed"
-    """input speed"""
+    """hours in a bin, whose order is not known [hours, date or cycles]"""
+    cycles: str | None = None
+    """revolutions of the input member in a bin, in place of its hours [hours, date or
+    duration]"""
+    torque: str | tuple[str, str] = "torque"
+    """input torque, or two columns of its range, from and to, of which the middle
+    counts"""
+    speed: str | tuple[str, str] = "speed"
+    """input speed, or two columns of its range"""
     unit: str | None = None
     """which unit of a fleet the row is of [all units ran alike]"""
 
     @model_validator(mode="after")
     def _one_time(self) -> "RecordColumns":
         """Refuse two columns of time, or none."""
-        columns = (self.hours, self.date, self.duration)
+        columns = (self.hours, self.date, self.duration, self.cycles)
         count = sum(column is not None for column in columns)
         if count != 1:
-            raise ValueError(f"name one of hours, date, duration, not {count} of them")
+            raise ValueError(
+                f"name one of hours, date, duration, cycles, not {count} of them"
+            )
         return self
 
 

@@ -7,7 +7,7 @@ import math
 from typing import Annotated, Any, Literal
 
 import pydantic
-from pydantic_core import PydanticCustomError
+from pydantic_core import CoreSchema, PydanticCustomError
 
 from wearlab import options, units
 from wearlab.dynamics.models import DynamicModel
@@ -41,6 +41,18 @@ Side = Literal["front", "back"]
 """Which flanks of teeth that are loaded on either side carry the load."""
 
 
+class _OrRange:
+    """Tells the JSON Schema that a range of two values may stand for a value."""
+
+    def __get_pydantic_json_schema__(
+        self, core: CoreSchema, handler: pydantic.GetJsonSchemaHandler
+    ) -> dict[str, Any]:
+        """Describe a value, or a list of two."""
+        value = handler(core)
+        two = {"type": "array", "items": value, "minItems": 2, "maxItems": 2}
+        return {"anyOf": [value, two]}
+
+
 def _middle(quantity: str) -> pydantic.BeforeValidator:
     """Return what reads the middle of a range such as ``["1000 rpm", "1200 rpm"]``."""
 
@@ -63,10 +75,12 @@ class DutyBlock(options.Part):
 
     alternatives = ((("share",), ("hours",), ("cycles",)),)
 
-    torque: Annotated[options.Torque, _middle("torque")]
+    torque: Annotated[options.Torque, _middle("torque"), _OrRange()]
     """torque on the input member, or its range, of which the middle counts; negative
     loads the back flanks, 0 wears nothing"""
-    speed: Annotated[options.Speed, _middle("speed"), pydantic.AfterValidator(abs)]
+    speed: Annotated[
+        options.Speed, _middle("speed"), _OrRange(), pydantic.AfterValidator(abs)
+    ]
     """speed of the input member, in either sense, or its range, of which the middle
     counts; 0 is standstill"""
     share: Annotated[options.Number, options.POSITIVE] = options.option(None)

@@ -9,7 +9,7 @@ end on the scene's own conditions go on.
 import hashlib
 import json
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -26,6 +26,7 @@ from wearlab.campaign.update_options import (
     RecordBlock,
 )
 from wearlab.scene import Scene, problems
+from wearlab.scene.duty_file import with_middles
 from wearlab.tables import LARGEST_FILE, ReadTable, TableError, in_unit, read_table
 from wearlab.updating.calendar import (
     DAYS_A_YEAR,
@@ -102,6 +103,30 @@ class MeasuredColumns:
         if unit is not None and "unit" in self.names:
             self.table = self.table.where(self.names["unit"], unit)
         self.lines = np.array(self.table.lines, np.int64)
+
+    def with_middles(
+        self, columns: Mapping[str, str | Sequence[str]]
+    ) -> dict[str, str]:
+        """Return the column of each load; of a range one of its middles is added.
+
+        Parameters
+        ----------
+        columns : torque and speed → header, or the two of a range
+
+        Raises
+        ------
+        UpdateError : a range has two units, or two signs
+        """
+        named = {role: header for role, header in columns.items() if header != role}
+        units_of = dict(self.block.units)
+        for role, header in named.items():
+            if not isinstance(header, str) and header[0] in units_of:
+                units_of[role] = units_of[header[0]]
+        try:
+            self.table, plain = with_middles(self.table, named, units_of)
+        except TableError as error:
+            raise self._at(error) from None
+        return {role: plain.get(role, role) for role in columns}
 
     def _no_column(self, role: str, column: str) -> UpdateError:
         """Return a refusal of a column that the file does not have."""
@@ -648,22 +673,24 @@ def read_record(
     """
     named = block.columns
     columns = MeasuredColumns(block)
-    clocks = ("hours", "date", "duration")
+    clocks = ("hours", "date", "duration", "cycles")
     (when,) = (name for name in clocks if getattr(named, name) is not None)
-    others = named.model_dump(include={"torque", "speed", "unit"})
-    columns.find({"time": getattr(named, when), **others}, unit)
+    loads = columns.with_middles(named.model_dump(include={"torque", "speed"}))
+    columns.find({"time": getattr(named, when), **loads, "unit": named.unit}, unit)
     if not len(columns):
         return None
 
     torque = columns.numbers("torque", "N m", empty=True)
     speed = np.abs(columns.numbers("speed", "rad/s", empty=True))
     dates = columns.dates("time") if when == "date" else None
-    if dates is None:
-        time = columns.numbers("time", "s")
-    else:
+    if dates is not None:
         time = (dates - dates[0]) / np.timedelta64(1, "s")
+    elif when == "cycles":
+        time = _time_of_cycles(columns, speed)
+    else:
+        time = columns.numbers("time", "s")
 
-    is_bins = when == "duration"
+    is_bins = when in ("duration", "cycles")
     _refuse_odd_conditions(columns, {"torque": torque, "speed": speed}, is_bins)
     share = 1.0
     if is_bins:
@@ -692,6 +719,21 @@ def read_record(
         fingerprint=columns.fingerprint,
         share=share,
     )
+
+
+def _time_of_cycles(columns: MeasuredColumns, speed: Array) -> Array:
+    """Return the time of bins of so many revolutions of the input member (n,) [s].
+
+    Parameters
+    ----------
+    columns : of the file, of which "time" tells the revolutions
+    speed : (n,) of the input member [rad/s]
+    """
+    cycles = columns.numbers("time", "1")
+    columns.refuse(
+        ~(speed > 0.0), "speed", "tells no time of its cycles: give duration in hours"
+    )
+    return np.asarray(cycles * 2.0 * np.pi / speed)
 
 
 def _refuse_odd_conditions(
