@@ -58,7 +58,7 @@ def warm_table(**changes: Any) -> dict[str, Any]:
         for part in path:
             inner = inner[part]
         if value is None:
-            del inner[last]
+            inner.pop(last, None)
         else:
             inner[last] = value
     return table

@@ -115,9 +115,8 @@ def mixed(states: tuple[WearState, ...], weight: Array) -> WearState:
             [w * state.noise for w, state in zip(weight, states, strict=True)]
         )
     )
-    return WearState(
-        kinds, tuple(r for state in states for r in state.responses), noise, states
-    )
+    responses = tuple(r for state in states for r in state.responses)
+    return WearState(kinds, responses, noise, states, first.heat)
 
 
 def mixture(weight: Array, values: Sequence[Array]) -> Array:

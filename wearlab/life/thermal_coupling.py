@@ -159,7 +159,7 @@ class ThermalDuty(DutyCoupling):
         """
         starts = list(self.apart(start)) if start else [None] * len(self.blocks)
         blocks = [block for block in self.blocks if isinstance(block, ThermalCoupling)]
-        settling = Settling(blocks, self.time, wear, starts)
+        settling = Settling(blocks, self.time, wear, starts, is_shared=True)
         return mixed(settling.steady_states(self.balance), self.weight)
 
 
@@ -174,6 +174,7 @@ class Settling:
     wear : of the kind of mesh [m]
     starts : responses of a neighbouring state of each condition, None without
     near : a neighbouring state whose contact to start from, of a single condition
+    is_shared : whether they take turns and have one temperature
     couplings, loaded, temperature : what was last looked at: the gears at temperatures
         (2, 2) [K], and their flanks under load
     """
@@ -183,6 +184,7 @@ class Settling:
     wear: Wear
     starts: Sequence[Responses | None]
     near: WearState | None = None
+    is_shared: bool = False
     couplings: list[Coupling] = field(default_factory=list)
     loaded: list[LoadedFlanks] = field(default_factory=list)
     temperature: Array | None = None
@@ -244,6 +246,6 @@ class Settling:
             load_beyond=warming.sliding.load_beyond(forces.weight, forces.pair),
             temperature=self.temperature,
             modulus=warming.moduli_at(self.temperature),
-            is_shared=len(self.blocks) > 1,
+            is_shared=self.is_shared,
         )
         return self.couplings[number].worn_by(loaded)._replace(heat=heat)

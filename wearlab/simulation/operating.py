@@ -113,11 +113,14 @@ def taking_turns(
     time : share of the operating time of each condition [1]
     """
     first, *later = (model.coupling for model in models)
-    if not later and weight[0] == 1.0:
+    thermal = models[0].scene.thermal
+    shares_heat = thermal is not None and thermal.duty_temperature == "mean"
+    is_alone = not later and weight[0] == 1.0
+    never_pauses = float(time.sum()) >= 1.0 - duty_coupling.ROUNDED
+    if is_alone and (never_pauses or not shares_heat):
         return first
     blocks = (first, *later)
-    thermal = models[0].scene.thermal
-    if thermal is None or thermal.duty_temperature == "own":
+    if not shares_heat:
         return duty_coupling.DutyCoupling(first.kinds, blocks, weight)
     mesh_of_blocks = [model.gears.kinds[0] for model in models]
     speeds = [mesh.speed for mesh in mesh_of_blocks]
