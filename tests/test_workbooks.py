@@ -1,8 +1,10 @@
 """Workbooks are read as CSV is: spectra, inspections, profiles, points."""
 
+import base64
 import io
 import sys
 import zipfile
+import zlib
 
 import numpy as np
 import pytest
@@ -141,6 +143,126 @@ def test_merged_heads_stand_over_their_columns():
     assert table.names == ("Drehmoment von", "Drehmoment bis", "Drehzahl", "Dauer")
     assert list(table.units.values()) == ["Nm", "Nm", "1/min", "h"]
     assert table.lines == (5,) and table.numbers("Drehmoment bis")[0] == 345.5
+
+
+MERGED_XLS = (
+    "c-rk)O-NKx6#njeZ}JBnXC@6)kU_}Ggpf9EbSf-2B^E@{BsJy(hnaa3<0RxJ%iI-2t%^2=n>"
+    "O~d=!br&RxJXf7C{kc(yCQZ5TU-#Iq$tvn}q`<74Li8bI&{Xe)pbx@45H=yqFA6joqx9#uBt"
+    "c$GlyJRSRs2Qki!X0+rh~t6pA8$@cM2p{$e^a#aBLE1#F}8uEHiL&FW@2}$5Rr9(J|uB>H7R"
+    "}kC9hlFAu+DIx~AxjXo;#EZCQIV@fUYD8=L~a$!IgxEtcS;?^WUQ-siyOrUv_>flg4?|#oHt"
+    "@=MGc;D6rVh=oVo#Q%Ow-(zq6phsK7XA-8xOn%q7xOsHO!R#}_*aeD-$g<EU?6S-S$+zb>|y"
+    "6tG{^3}6`c5ee{73dnD|vk7-42J)sgi+!>oIZ?r2)*{)P9H@j;NM+M$GnG#cRskJ3vp<u~m{"
+    "vX-@5=Oq9LrFmKOK#?ZptLB9y+-@635M4G~VA+&L_F-{LrGEUnx7Hf@B}6L=Vfp2+`R-d+pQ"
+    "9-M!th!(thh)82U|tmR?A#wlhHIS8*kfJ>T%u~Fn{X|-PTI+4{B&6GEF*SN~g5vg-VN}H&k&"
+    "4O34bqn<Mq>p~wbGKo1Cbog}iO%Vv>WSB}F*MRMs*m`5ji5!fsLPia_hMeI-1Fm|$l71dl2R"
+    "?i(@nnH?t`xib0`;ESPae`&km3O5%sSVljq9Ob<%Zd$5_(NLo|pjj9UiFxAn|>8e#qFS-7k~"
+    "0aid*7Zl6*41Ta8L63z3K0{cVcv&Iq6_(3kXayLWFm!iZnmbCTgnc#K@oO?l_UZ%8xgqzu%!"
+    "4j9HEBt?!LFlSi{Lh!=zRW(a`^D!!-o$aK79CCN$~rb=6qhrn_a+tb1!lK>&#J__kWZ8x7dp"
+    ";U3vO2-2sd898MG!KWh+BUR!FJ9PfW2V?XttLkhj(N2=)fr7t<Pa6HQ<hJN1`Dz^XmV*LEW{"
+    "eK6Bf#%!"
+)
+"""An .xls of before 2007 with the merged heads below, packed: no writer is needed."""
+
+
+def merged_ods():
+    """Return an open document whose heads are merged."""
+
+    def spanned(text, columns, rows):
+        spans = (
+            f'table:number-columns-spanned="{columns}" '
+            f'table:number-rows-spanned="{rows}"'
+        )
+        return (
+            f'<table:table-cell office:value-type="string" {spans}><text:p>{text}'
+            "</text:p></table:table-cell>"
+            + "<table:covered-table-cell/>"
+            * (columns - 1)
+        )
+
+    covered = '<table:covered-table-cell table:number-columns-repeated="2"/>'
+    words = "".join(
+        f'<table:table-cell office:value-type="string"><text:p>{word}</text:p>'
+        "</table:table-cell>"
+        for word in ("von", "bis")
+    )
+    lines = (
+        spanned("Lastkollektiv", 4, 1),
+        "<table:table-cell/>",
+        spanned("Drehmoment [Nm]", 2, 1)
+        + spanned("Drehzahl [1/min]", 1, 2)
+        + spanned("Dauer [h]", 1, 2),
+        words + covered,
+    )
+    heads = "".join(f"<table:table-row>{line}</table:table-row>" for line in lines)
+    rows = ods([[300, 345.5, 1200, 9000], [100, 145.5, 1200, 900]])
+    content = io.BytesIO()
+    with zipfile.ZipFile(io.BytesIO(rows)) as old, zipfile.ZipFile(content, "w") as new:
+        for name in old.namelist():
+            member = old.read(name).decode()
+            new.writestr(name, member.replace('"Lasten">', f'"Lasten">{heads}'))
+    return content.getvalue()
+
+
+def test_merged_heads_of_open_documents_and_of_old_workbooks():
+    old = zlib.decompress(base64.b85decode(MERGED_XLS))
+    for name, raw in (("a.xls", old), ("a.ods", merged_ods())):
+        table = table_of(name, raw)
+        assert table.names == ("Drehmoment von", "Drehmoment bis", "Drehzahl", "Dauer")
+        assert list(table.units.values()) == ["Nm", "Nm", "1/min", "h"]
+        assert table.lines == (5, 6)
+        np.testing.assert_array_equal(table.numbers("Drehmoment bis"), [345.5, 145.5])
+
+
+SPECTRA = {
+    "hours": [
+        ["torque [N*m]", "speed [rpm]", "hours"],
+        [0, 0, 4000],
+        [345, 1200, 9000],
+        [567, 1150, 800],
+        [-210, 1180, 300],
+        [0, 1500, 900],
+    ],
+    "hours without rest": [
+        ["torque [N*m]", "speed [rpm]", "hours"],
+        [345, 1200, 9000],
+        [567, 1150, 800],
+        [-210, 1180, 300],
+        [0, 1500, 900],
+    ],
+    "cycles": [
+        ["torque [N*m]", "speed [rpm]", "cycles"],
+        [345, 1200, 6.48e8],
+        [567, 1150, 5.52e7],
+        [-210, 1180, 2.124e7],
+        [0, 1500, 8.1e7],
+    ],
+    "ranges": [
+        ["torque from [N*m]", "torque to [N*m]", "speed [rpm]", "hours"],
+        [340, 350, 1200, 9000],
+        [567, 567, 1150, 800],
+        [-220, -200, 1180, 300],
+        [0, 0, 1500, 900],
+    ],
+}
+
+
+def test_every_spectrum_is_the_same_scene_as_csv_and_as_workbook(tmp_path):
+    """Idle, at rest, reversed; by hours, cycles and ranges: two scenes in all."""
+    identities = {}
+    for kind, rows in SPECTRA.items():
+        text = "\n".join(",".join(map(str, row)) for row in rows)
+        files = {"csv": text.encode(), "xlsx": workbook({"a": rows}), "ods": ods(rows)}
+        for suffix, content in files.items():
+            name = f"{kind}.{suffix}".replace(" ", "_")
+            (tmp_path / name).write_bytes(content)
+            file = tmp_path / "c.toml"
+            file.write_text(PAIR.replace("FILE", name).replace("KEYS", ""))
+            scene = wl.load(file).cases[0].scene
+            identities.setdefault(kind, set()).add(scene.id)
+    assert identities["hours without rest"] == identities["cycles"]
+    assert identities["ranges"] == identities["cycles"]
+    assert all(len(found) == 1 for found in identities.values())
+    assert identities["hours"] != identities["cycles"]
 
 
 def test_dates_and_an_english_sheet_that_begins_elsewhere(tmp_path):

@@ -23,6 +23,7 @@ from wearlab.tables.cells import (
     number_in,
 )
 from wearlab.tables.headers import name_and_unit
+from wearlab.tables.ods import merged_in_ods
 
 SIGNATURES = (b"PK\x03\x04", b"\xd0\xcf\x11\xe0")
 """First bytes of workbooks: zip archives, and those of before 2007."""
@@ -129,6 +130,7 @@ def _read_sheets(
     ]
     chosen = visible if sheet is None else [sheet]
     marks = _marks_of(file, raw)
+    merged = merged_in_ods(raw)
     sheets = []
     for name in chosen:
         data = book.get_sheet_by_name(name)
@@ -136,7 +138,7 @@ def _read_sheets(
         values = data.to_python(skip_empty_area=False)
         cells = [[_text(value) for value in row] for row in values]
         _set_marks(cells, marks.get(name, {}))
-        _join_headers(cells, data.merged_cell_ranges or [])
+        _join_headers(cells, data.merged_cell_ranges or merged.get(name, []))
         if any(map(any, cells)):
             sheets.append(SheetText(name, _as_csv(cells)))
     return sheets
