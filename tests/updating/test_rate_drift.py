@@ -56,7 +56,9 @@ def test_a_run_with_a_course_wears_by_it():
     seen = (observed(TIMES * LIFE, np.zeros(8), ErrorModel(SD)),)
     made = blocks(seen)
     run = history(seen, end=4e6)
-    drifting = rate_drift.with_course(run, Course("power", np.log(1.5), 1.0), made)
+    drifting = rate_drift.with_courses(run, [Course("power", np.log(1.5), 1.0)], made)[
+        0
+    ]
     last = LAST * LIFE
     wear = drifting.limit.at(drifting.equivalent_cycle(TIMES * LIFE, np.array(1.3)))
     expected = RATE * 1.3 * last * (TIMES / LAST) ** 1.5
@@ -70,7 +72,7 @@ def test_a_scenario_of_the_same_load_changes_no_life():
     seen = (observed(TIMES * LIFE, np.zeros(8), ErrorModel(SD)),)
     run = history(seen, end=4e6)
     for course in (Course("power", np.log(1.5), 1.0), Course("change", 0.7, 0.4)):
-        drifting = rate_drift.with_course(run, course, blocks(seen))
+        drifting = rate_drift.with_courses(run, [course], blocks(seen))[0]
         clock = changed_clock(drifting, run, LAST * LIFE, 1.0)
         same = replace(drifting, clock=clock)
         life = float(drifting.life(np.array(1.0)))

@@ -19,6 +19,7 @@ from wearlab.arrays import Array, Index, Random
 from wearlab.updating import grids, likelihood
 from wearlab.updating.run_curves import RunHistory, invert_rising
 
+MANY_RUNS = 5  # whose clocks are read together
 NEGLIGIBLE_RUN = 1e-8  # probability up to which a run does not count for a life
 NEGLIGIBLE_STATES = 1e-6  # probability of all states of a run that do not count
 PRESENT_STATES = 5  # points over the present state W
@@ -109,7 +110,7 @@ class Answer:
 
         post = self.posterior
         cycles = np.atleast_1d(np.asarray(cycle, float))
-        passed = np.stack([run.equal(cycles) for run in post.histories])
+        passed = self._equal_cycles(cycles)
         lives_at_factor_1 = [
             max(run.limit_cycle - run.start, 0.0) * run.factor for run in post.histories
         ]
@@ -120,6 +121,34 @@ class Answer:
         needed = np.clip(np.nan_to_num(needed, nan=-np.inf), -MAX_LOG, MAX_LOG)
         smaller = post.smaller(needed)
         return np.asarray(post.weight @ (1.0 - smaller))
+
+    def _equal_cycles(self, cycles: Array) -> Array:
+        """Return the cycles of equal wear of every run at cycles, (runs, n)."""
+        histories = self.posterior.histories
+        if self._shared_knots is None:
+            return np.stack([run.equal(cycles) for run in histories])
+        knots, equal = self._shared_knots
+        at = np.maximum(cycles, knots[0])
+        piece = np.clip(np.searchsorted(knots, at) - 1, 0, len(knots) - 2)
+        share = (at - knots[piece]) / (knots[piece + 1] - knots[piece])
+        low = equal[:, piece]
+        return np.asarray(low + share * (equal[:, piece + 1] - low))
+
+    @cached_property
+    def _shared_knots(self) -> tuple[Array, Array] | None:
+        """Knots of the clocks of all runs, and cycles of equal wear there, (runs, n).
+
+        None where they do not share them.
+        """
+        histories = self.posterior.histories
+        clocks = [run.clock for run in histories if run.clock is not None]
+        if len(histories) < MANY_RUNS or not clocks:
+            return None
+        knots = max((clock.cycle for clock in clocks), key=len)
+        for clock in clocks:
+            if clock.cycle is not knots and not np.isin(clock.cycle, knots).all():
+                return None
+        return knots, np.stack([run.equal(knots) for run in histories])
 
     def remaining(self, p: Array) -> Array:
         """Return quantiles of the remaining life [cycles], 0 where the end has passed.

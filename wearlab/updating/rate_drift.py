@@ -349,38 +349,77 @@ def _narrowed(
     return courses, log_prior
 
 
-def with_course(
-    run: RunHistory, course: Course, blocks: data_blocks.Blocks
-) -> RunHistory:
-    """Return a run whose wear rate drifts.
+class DriftKnots(NamedTuple):
+    """Where the clock of a rate that drifts is known.
+
+    Parameters
+    ----------
+    cycle : (n,) its knots, rising
+    share : (n,) of the time inspected that has passed then
+    span : equal cycles of the time inspected
+    off : as that of a clock of a record
+    """
+
+    cycle: Array
+    share: Array
+    span: float
+    off: float
+
+    def clock(self, start: float, course: Course) -> Clock:
+        """Return the clock of a course.
+
+        Parameters
+        ----------
+        start : first cycle of the run
+        course : of the wear rate
+        """
+        passed = wear_passed(course.kind, course.size, course.place, self.share)
+        return Clock(self.cycle, start + self.span * passed, self.off)
+
+
+def _knots(
+    run: RunHistory, blocks: data_blocks.Blocks, clock: Clock | None
+) -> DriftKnots:
+    """Return where the clock of a rate that drifts on a run's clock is known."""
+    cycles = data_blocks.cycles_of(blocks, run)
+    span = _span(run, blocks, clock)
+    until = np.geomspace(1e-4, 1.0, KNOTS)
+    ahead = np.geomspace(1.0, AHEAD, KNOTS)[1:]
+    evenly = np.concatenate([[0.0], until, ahead]) * span
+    if clock is None:
+        knots = np.union1d(run.start + evenly, cycles)
+    else:
+        knots = clock.inverse(run.start + evenly)
+        knots = np.unique(np.concatenate([clock.cycle, knots, cycles]))
+    share = np.maximum(run.equal(knots, clock), 0.0) / span
+    return DriftKnots(knots, share, span, 0.0 if clock is None else clock.off)
+
+
+def with_courses(
+    run: RunHistory, courses: Sequence[Course], blocks: data_blocks.Blocks
+) -> list[RunHistory]:
+    """Return a run with each of some courses of its wear rate.
 
     Parameters
     ----------
     run : whose rate is as the scene has it
-    course : of its wear
-    blocks : observations, until the last of which it counts
+    courses : of its wear
+    blocks : observations, until the last of which they count
     """
-    cycles = data_blocks.cycles_of(blocks, run)
-
-    def drifting(clock: Clock | None) -> Clock:
-        span = _span(run, blocks, clock)
-        until = np.geomspace(1e-4, 1.0, KNOTS)
-        ahead = np.geomspace(1.0, AHEAD, KNOTS)[1:]
-        evenly = np.concatenate([[0.0], until, ahead]) * span
-        if clock is None:
-            knots = np.union1d(run.start + evenly, cycles)
-        else:
-            knots = clock.inverse(run.start + evenly)
-            knots = np.unique(np.concatenate([clock.cycle, knots, cycles]))
-        share = np.maximum(run.equal(knots, clock), 0.0) / span
-        passed = span * wear_passed(course.kind, course.size, course.place, share)
-        return Clock(knots, run.start + passed, 0.0 if clock is None else clock.off)
-
-    points = tuple(
-        own if own.clock is None else own._replace(clock=drifting(own.clock))
-        for own in run.points
-    )
-    return replace(run, clock=drifting(run.clock), points=points, course=course)
+    knots = _knots(run, blocks, run.clock)
+    by_block = [
+        None if points.clock is None else _knots(run, blocks, points.clock)
+        for points in run.points
+    ]
+    runs = []
+    for course in courses:
+        points = tuple(
+            seen if at is None else seen._replace(clock=at.clock(run.start, course))
+            for seen, at in zip(run.points, by_block, strict=True)
+        )
+        clock = knots.clock(run.start, course)
+        runs.append(replace(run, clock=clock, points=points, course=course))
+    return runs
 
 
 def runs_with_drift(
@@ -428,7 +467,7 @@ def runs_with_drift(
         counted = counted[np.array(log_joint)[counted] > steady_joint - COUNTED]
     if not len(counted):
         return [run]
-    runs = [run, *(with_course(run, chosen[n], blocks) for n in counted)]
+    runs = [run, *with_courses(run, [chosen[n] for n in counted], blocks)]
     logs = np.array([np.log(STEADY_SHARE), *(log_priors[n] for n in counted)])
     # what is left out counts by those that count
     logs[1:] += logsumexp(log_joint) - logsumexp(np.array(log_joint)[counted])
