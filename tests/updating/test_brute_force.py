@@ -13,8 +13,10 @@ import pytest
 from scenes import CAMPAIGNS
 from scipy import stats
 from scipy.interpolate import CubicSpline
+from scipy.special import logsumexp
 
 import wearlab as wl
+from wearlab.updating.sheet_doubts import DOUBT, SCALE
 
 P = np.array([0.05, 0.25, 0.5, 0.75, 0.95])
 PRIOR_SD = np.sqrt(np.log1p(14.13**2))  # of ln k, in all three campaigns
@@ -104,6 +106,22 @@ def test_a_coupled_life_is_that_of_lives_simulated_at_every_k(tmp_path):
     )
 
 
+def with_doubts(u, log_mass, log_depth):
+    """Return the log likelihood of two sheets of which each may have its own scale."""
+    away = stats.cauchy.pdf(u[:, None] - u, scale=SCALE) * (u[1] - u[0])
+
+    def scaled(log):
+        top = log.max(axis=1, keepdims=True)
+        return top + np.log(np.exp(log - top) @ away)
+
+    readings = [
+        np.log(1.0 - 2.0 * DOUBT) + log_mass + log_depth,
+        np.log(DOUBT) + scaled(log_mass) + log_depth,
+        np.log(DOUBT) + log_mass + scaled(log_depth),
+    ]
+    return logsumexp(readings, axis=0)
+
+
 def test_two_unknowns_are_those_of_lives_simulated_on_a_grid(tmp_path):
     """Factor and torque from profiles with a common datum error, and weighings."""
     name = "update_spur_twin"
@@ -120,7 +138,8 @@ def test_two_unknowns_are_those_of_lives_simulated_on_a_grid(tmp_path):
     u = fine(factors)
     own = error(name, 0, "sd") ** 2 * np.eye(25) + error(name, 0, "offset_sd") ** 2
     root = np.linalg.inv(np.linalg.cholesky(own))
-    logs = []
+    of_masses = []
+    of_depths = []
     lives = []
     for torque in torques:
         models = []
@@ -146,23 +165,29 @@ def test_two_unknowns_are_those_of_lives_simulated_on_a_grid(tmp_path):
             models.append(np.concatenate([*rows, mass]))
             ends.append(float(run["life"]))
         model = CubicSpline(np.log(factors), np.array(models))(u)
-        log = stats.norm.logpdf(
+        log_mass = stats.norm.logpdf(
             weighed["mass_loss_mg"], model[:, -3:], error(name, 1, "sd")
         ).sum(axis=1)
+        log_depth = np.zeros(len(u))
         for k, cycle in enumerate(inspections):
             off = (
                 depths["depth_um"][depths["cycles_1"] == cycle]
                 - model[:, 25 * k : 25 * k + 25]
             )
-            log = log - 0.5 * np.sum((off @ root.T) ** 2, axis=1)
-        logs.append(log + stats.norm.logpdf(torque, 340.0, 17.0))
+            log_depth -= 0.5 * np.sum((off @ root.T) ** 2, axis=1)
+        of_masses.append(log_mass)
+        of_depths.append(log_depth)
         lives.append(np.exp(CubicSpline(np.log(factors), np.log(ends))(u)))
     # between nine torques, cubic: ln of the density and the life are smooth in it
     dense = np.linspace(torques[0], torques[-1], 241)
     some = slice(None, None, 20)
-    log = CubicSpline(torques, np.array(logs)[:, some])(dense) + stats.norm.logpdf(
-        u[some], 0.0, PRIOR_SD
+    log = with_doubts(
+        u[some],
+        CubicSpline(torques, np.array(of_masses)[:, some])(dense),
+        CubicSpline(torques, np.array(of_depths)[:, some])(dense),
     )
+    log += stats.norm.logpdf(u[some], 0.0, PRIOR_SD)
+    log += stats.norm.logpdf(dense, 340.0, 17.0)[:, None]
     life = CubicSpline(torques, np.array(lives)[:, some])(dense)
     density = np.exp(log - log.max())
     assert density[:, [0, -1]].max() < 1e-3

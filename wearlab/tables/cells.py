@@ -90,6 +90,8 @@ def number_in(cell: str, decimal: str) -> float | None:
     >>> number_in("1.234,5", ","), number_in("1.234,5", ".")
     (1234.5, None)
     """
+    if decimal == "." and NUMBER.fullmatch(cell):
+        return float(cell)  # most cells of large tables
     plain = cell.replace("\u2212", "-").translate(BLANKS)
     if THOUSANDS[decimal].fullmatch(plain):
         plain = re.sub(r"[ '’.]" if decimal == "," else r"[ '’,]", "", plain)

@@ -1,9 +1,10 @@
 """From the bytes of a file to a table: encoding, separator, decimal sign, headers."""
 
 import csv
+import gc
 import re
 from collections.abc import Iterator, Sequence
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
@@ -185,12 +186,25 @@ def _table_of_text(
         lines = _lines_of(name, text, has_marked_headers)
         best = _best(lines[:LOOKED_AT], decimals)
         if best is not None:
-            return _table(name, lines, encoding, best, decimal is not None)
+            with _without_collection():
+                return _table(name, lines, encoding, best, decimal is not None)
     raise TableError(
         f"{name}: no table was found: no line of headers over rows of as many cells "
         "that hold numbers or dates, with semicolon, tab, comma, bar or blanks "
         "between, and decimal point or comma"
     )
+
+
+@contextmanager
+def _without_collection() -> Iterator[None]:
+    """Leave garbage where it is: a collection walks over every row read so far."""
+    collects = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if collects:
+            gc.enable()
 
 
 def _best(lines: Sequence[Line], decimals: Sequence[str]) -> Reading | None:
@@ -478,7 +492,9 @@ def _cells(line: str, separator: str) -> list[str]:
     """Return the cells of a line."""
     if not separator:
         return BLANKS_BETWEEN.split(line.strip(" \t"))
-    return [cell.strip() for cell in next(csv.reader([line], delimiter=separator))]
+    quoted = '"' in line
+    cells = next(csv.reader([line], delimiter=separator)) if quoted else None
+    return [cell.strip() for cell in cells or line.split(separator)]
 
 
 def _fitted(row: Sequence[str], width: int) -> list[str] | None:
