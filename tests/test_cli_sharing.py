@@ -14,6 +14,7 @@ from scenes import SPUR_50_50
 import wearlab as wl
 import wearlab.browsing
 from wearlab.cli.app import status_of
+from wearlab.runner import progress
 from wearlab.store import Store
 
 
@@ -114,3 +115,31 @@ def test_a_static_copy_without_bokeh_is_refused_in_a_sentence(
     status, _, err = asked(capsys, "browse", store.path, "--static", tmp_path / "copy")
     assert status == 2 and "pip install 'wearlab[browse]'" in err
     assert not (tmp_path / "copy").exists()
+
+
+@pytest.mark.parametrize(
+    ("words", "what", "total"),
+    [
+        (["verify"], "runs", 2),
+        (["reindex"], "runs", 2),
+        (["report", "FILE", "--out", "page.html"], "figures", 1),
+        (["figures", "FILE"], "figures", 1),
+    ],
+    ids=["verify", "reindex", "report", "figures"],
+)
+def test_long_commands_tell_how_far_they_are(
+    study, words, what, total, tmp_path, monkeypatch, capsys
+):
+    file, store, _ = study
+    file.write_text(file.read_text() + '\n[[figure]]\nkind = "wear-profile"\n')
+    monkeypatch.chdir(tmp_path)
+    shown = []
+    monkeypatch.setattr(
+        progress,
+        "watched",
+        lambda wanted: shown.append(progress.Lines(1e3)) or shown[-1],
+    )
+    command = [str(file) if word == "FILE" else word for word in words]
+    asked(capsys, *command, "--store", store.path)
+    (bar,) = shown
+    assert (bar.what, bar.done, bar.total) == (what, total, total)

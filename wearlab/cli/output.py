@@ -10,9 +10,10 @@ import signal
 import sys
 import threading
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from contextvars import ContextVar
 from enum import IntEnum, StrEnum
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
@@ -475,6 +476,29 @@ def counted(what: str) -> Iterator[Callable[[int, int], None]]:
             progress.show()
 
         yield report
+
+
+@contextmanager
+def watched(what: str) -> Iterator[None]:
+    """Show how far the work of the block is, from when it tells that.
+
+    Parameters
+    ----------
+    what : plural of its parts
+    """
+    from wearlab.store import watching
+
+    with ExitStack() as shown:
+
+        @cache
+        def shown_count() -> Callable[[int, int], None]:
+            return shown.enter_context(counted(what))
+
+        def tell(done: int, total: int) -> None:
+            shown_count()(done, total)
+
+        shown.enter_context(watching.watched_by(tell))
+        yield
 
 
 @contextmanager

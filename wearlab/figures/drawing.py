@@ -13,6 +13,7 @@ from wearlab.figures.plotting import PlottedFigure, of_update, plotted
 from wearlab.figures.question import Question, embedded, question, question_in, texts
 from wearlab.nearest import choices
 from wearlab.sources import SHORT_ID, is_other_code
+from wearlab.store import watching
 from wearlab.store.files import StoreError, write_whole
 
 if TYPE_CHECKING:
@@ -96,7 +97,8 @@ def each_figure(
     campaign : its figures
     make : what is called with the question of each figure
     """
-    for number, spec in enumerate(campaign.figures, 1):
+    figures = watching.each_told(campaign.figures)
+    for number, spec in enumerate(figures, 1):
         result = None
         problem = ""
         try:

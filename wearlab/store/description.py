@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 from wearlab.files import read_regular
 from wearlab.query import evaluate, keys
-from wearlab.store import files, outcome
+from wearlab.store import files, outcome, watching
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -316,7 +316,7 @@ def outcomes_of(
     runs : the folder of the files
     problems : grows by what is wrong
     """
-    for path in runs.held():
+    for path in watching.each_told(list(runs.held())):
         try:
             yield outcome_of(path)
         except files.StoreError as error:

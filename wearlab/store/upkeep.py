@@ -14,6 +14,7 @@ from wearlab.store import (
     remarks,
     seals,
     updates,
+    watching,
 )
 from wearlab.store.outcome import CALIBRATION_LIFE, Outcome
 from wearlab.store.stored_runs import StoredRuns
@@ -52,7 +53,7 @@ def verify(store: StoredRuns) -> Iterator[files.Problem]:
         for entry in entries.values()
         if entry.state == "done"
     }
-    for path, entry in finished.items():
+    for path, entry in watching.each_told(finished.items()):
         problem = files.damage(path, entry.size, entry.sha256)
         problem = problem or check_entry(store, path, entry)
         if problem:

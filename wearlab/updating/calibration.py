@@ -15,6 +15,7 @@ import xarray as xr
 
 from wearlab.arrays import Array, Random
 from wearlab.campaign import update_options
+from wearlab.store.watching import each_told
 from wearlab.updating import answers, data_blocks, grids, layout, sampling, scores
 from wearlab.updating.cases import Subject
 from wearlab.updating.lives import Answer
@@ -111,7 +112,7 @@ def calibrated(
     prior = answers.answer_of(study, source.histories, no_values)
     truths = replace(sampling.draw(prior, n, rng), posterior=source)
     twins = TwinScores()
-    for t in range(n):
+    for t in each_told(range(n)):
         blocks, life = made_twin(truths[t : t + 1], prior, rng)
         blocks = _believed_blocks(blocks, believed)
         histories = _other_runs(study, post, truths.run[t])

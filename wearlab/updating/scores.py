@@ -15,6 +15,7 @@ import numpy as np
 import xarray as xr
 
 from wearlab.arrays import Array
+from wearlab.store.watching import each_told
 from wearlab.updating import answers, cases, data_blocks, grids, layout, sampling
 from wearlab.updating.lives import Answer
 
@@ -144,7 +145,7 @@ def replayed(
     draws = sampling.draw(prior, DRAWS, rng)
     middle = float(prior.life(np.array([0.5]))[0])
     rows: list[dict[str, Any]] = []
-    for cycle in map(float, cycles):
+    for cycle in each_told([float(cycle) for cycle in cycles]):
         until = data_blocks.select_by_cycle(post.blocks, run, np.less_equal, cycle)
         answer = answers.answer_of(study, post.histories, until)
         # the draws of before, and the values of now

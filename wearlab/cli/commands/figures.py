@@ -74,7 +74,8 @@ def figures(
             ]
             return _findings_of_redrawn(redrawn)
         campaign = output.read_drawable_campaign(file)
-        drawn = output.draw_figures(campaign, store, out, format or "png", paper)
+        with output.watched("figures"):
+            drawn = output.draw_figures(campaign, store, out, format or "png", paper)
     paths = [str(path) for path in drawn.files]
     return output.Findings(paths, paths, drawn.ok)
 
@@ -126,7 +127,7 @@ def report(
     path = out or Path(f"{Path(file).stem}.html")
     page.check_suffix(path)
     campaign = output.read_campaign(file)
-    with output.refusing(OSError):
+    with output.refusing(OSError), output.watched("figures"):
         files.write_whole(path, page.as_file(page.report(campaign, store), path.suffix))
     return output.Findings({"file": str(path)}, [str(path)])
 

@@ -284,15 +284,16 @@ def update(
     if out is not None:
         is_dated = cases.studies(campaign)[0].spec.today is not None
         dates_file.refuse_format(out, has_days=is_dated)
-    tree = infer(
-        campaign,
-        store,
-        replay=replay,
-        check=check,
-        today=_day(today),
-        progress=not output.AS_JSON.get(),
-        workers=workers,
-    )
+    with output.watched("inspections" if replay else "twins"):
+        tree = infer(
+            campaign,
+            store,
+            replay=replay,
+            check=check,
+            today=_day(today),
+            progress=not output.AS_JSON.get(),
+            workers=workers,
+        )
     stored = f"\nkept as update {str(tree.attrs['id'])[:10]}"
     if out is not None:
         with files.written(out):

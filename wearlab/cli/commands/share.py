@@ -208,7 +208,8 @@ def reindex(store: options.StoreFolder = options.DEFAULT_STORE) -> output.Findin
     """Make the catalogue anew from the run files."""
     if not store.archive.files.folder.is_dir():
         raise output.Stop(f"{store.path}: there is no store here")
-    problems = store.reindex()
+    with output.watched("runs"):
+        problems = store.reindex()
     count = len(store.archive.entries())
     remarks = [f"left out: {problem.message}" for problem in problems]
     if count and not store.archive.catalogue.read("SELECT 1 FROM campaigns LIMIT 1"):
@@ -262,7 +263,8 @@ def verify(
     """Compare every run file, or an EXPORT, with the hash of what was written."""
     if export is not None:
         return _verify_export(export)
-    problems = store.verify()
+    with output.watched("runs"):
+        problems = store.verify()
     done = sum(entry.state == "done" for entry in store.archive.entries().values())
     text = [
         f"{problem.kind:<11}{problem.path}: {problem.message}" for problem in problems
