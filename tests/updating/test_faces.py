@@ -58,7 +58,10 @@ def test_a_profile_is_compared_where_it_was_measured_across_the_face(place):
     expected = 1e-6 * (1.0 + 50.0 * at)
     assert points.curve.at(np.array([1e6]), points.column)[0] == pytest.approx(expected)
     assert (
-        seen.data.label == f"wear_depth_pinion_face_position_{place.replace(' ', '_')}"
+        seen.data.label
+        == f"wear_depth_pinion_face_position_{place.replace(' ', '_')}".replace(
+            "_-", "_minus_"
+        )
     )
 
 

@@ -7,6 +7,7 @@ from conftest import STATIC, WEIGHINGS
 from scenes import external_pair
 
 import wearlab as wl
+from wearlab.assembly.sets import build_set
 from wearlab.campaign.blocks import CampaignError
 from wearlab.campaign.update import read_update
 from wearlab.updating import UpdateError, measured_flanks, update
@@ -146,3 +147,46 @@ def test_an_update_is_that_of_the_same_points_in_a_table(tmp_path, store):
     by_flank = factor(tmp_path, "once.toml", once, store)
     by_table = factor(tmp_path, "table.toml", table, store)
     np.testing.assert_allclose(by_flank, by_table, rtol=1e-6)
+
+
+FACED = {
+    "gears": {
+        **external_pair(
+            {
+                "teeth": 24,
+                "lead_crowning": "8 um",
+                "tip_relief": {"amount": "12 um", "length": "3 mm"},
+            },
+            36,
+            face_width="30 mm",
+        ),
+        "helix_angle": "15 deg",
+    },
+    "operation": {"torque": "150 N*m", "speed": "900 rpm"},
+    "mesh": {"misalignment": "10 um"},
+}
+
+
+def test_a_flank_with_a_width_is_less_what_was_taken_off_at_its_place(tmp_path):
+    """A deviation made of a known depth, a tip relief and a crowned lead: at 12 mm from
+    mid-face of 30 mm a crowning of 8 um takes 4 (12/30)² of it.
+    """
+    scene = wl.Scene.from_mapping(FACED)
+    pair = build_set(scene).kinds[0].pair
+    place = np.linspace(pair.path.A, pair.path.E, 41)
+    depth = 2e-6 + 1e-4 * np.abs(place)
+    from_tip = 1e3 * (pair.path.E - place)
+    relief = 12e-6 * np.clip(1.0 - from_tip / 3.0, 0.0, None)
+    lead = 8e-6 * 4.0 * (12.0 / 30.0) ** 2
+    deviation = -(depth + relief + lead)
+    rows = zip(place.tolist(), deviation.tolist(), strict=True)
+    text = "".join(f"{s!r},{d!r}\n" for s, d in rows)
+    (tmp_path / "flank.csv").write_text(f"path_position [m],deviation [m]\n{text}")
+
+    select = {"face_position": "12 mm"}
+    more = {"side": None, "continuation": "hold", "select": select}
+    found = seen(tmp_path / "flank.csv", scene=FACED, **more)
+    expected = np.interp(found.place, place, depth)
+    np.testing.assert_allclose(found.value, expected, atol=1e-9)
+    with pytest.raises(UpdateError, match=r"select\.face_position: required"):
+        seen(tmp_path / "flank.csv", scene=FACED, **more | {"select": None})

@@ -728,7 +728,10 @@ class Data(DataBlock):
     def label(self) -> str:
         """The quantity, where it was measured, and what of it was selected."""
         place = [self.where] if self.where else []
-        selected = [f"{dim}_{value}" for dim, value in self.select.items()]
+        selected = [
+            f"{dim}_{value}".replace("_-", "_minus_")
+            for dim, value in self.select.items()
+        ]
         return "_".join([self.quantity, *place, *selected]).replace(" ", "_")
 
     @property
