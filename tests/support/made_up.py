@@ -125,6 +125,12 @@ def run(speed: float | None, **sizes: int) -> xr.Dataset:
         np.random.default_rng(5).random(shape),
         attributes(hunting),
     )
+    for name, places in (("tooth_temperature", 2), ("limit_share", 3)):
+        dims = VARIABLES[name].dims
+        sizes_there = [length.get(dim, places) for dim in dims]
+        share = np.random.default_rng(6).random(sizes_there)
+        size = 300.0 if name == "tooth_temperature" else 0.5
+        made[name] = (dims, size * (1.0 + 0.1 * share), attributes(name))
     for name, values in given.items():
         if name in made:
             dims, before, attrs = made[name]
@@ -145,6 +151,8 @@ def run(speed: float | None, **sizes: int) -> xr.Dataset:
         "pair": [1, 2, 3],
         "direction": ["up", "down"],
         "order": np.arange(1, 9) / 4,
+        "place": ["root", "flank"],
+        "limit": ["wear", "temperature", "backlash"],
     }
     data = data.assign_coords(labels | {"characteristic_point": ("profile", LETTERS)})
     coordinates = [

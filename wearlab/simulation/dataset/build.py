@@ -23,6 +23,7 @@ LABELS: dict[str, Any] = {
     "axis": ["x", "y", "z"],
     "part": ["real", "imaginary"],
     "place": ["root", "flank"],
+    "limit": ["wear", "temperature", "backlash"],
 }
 """Labels of dimensions that are the same in every run."""
 ALONG_STATES = ("mesh_cycles", "operating_hours", "preset_depth")

@@ -8,6 +8,7 @@ import numpy as np
 from wearlab import assembly
 from wearlab.arrays import Array
 from wearlab.life import history, limits
+from wearlab.life.coupled import WearState
 from wearlab.life.thermal_coupling import ThermalCoupling
 from wearlab.materials.over_temperature import celsius
 from wearlab.simulation import label
@@ -19,6 +20,8 @@ DEEP = 0.02
 """Depth over the module above which gaps along the line of action are told to shorten
 lives: those of steel on plastic are 1.22, 1.26 and 1.29 times as long to 0.025, 0.05
 and 0.1 modules where wear goes to the points that touch (docs/model_error.md)."""
+ALLOWED_WEAR = 0.1
+"""Wear depth over the module that VDI 2736 allows."""
 MUCH_BEYOND = 0.03
 """Share of the load beyond A and E above which a run says that it wears no flank."""
 
@@ -56,19 +59,72 @@ def thermal_values(model: assembly.GearModel, states: States) -> label.Values:
     if model.scene.thermal is None:
         return {}
     heats = _heats(states)
+    changes = [_backlash_change(model, heat) for heat in heats]
+    left_cold = [_cold_backlash(model, state) for state in states]
     return {
         "tooth_temperature": _by_member(model, [heat.temperature for heat in heats]),
         "elastic_modulus": _by_member(model, [heat.modulus for heat in heats]),
         "friction_power": [[heat.friction_power] for heat in heats],
         "loss_factor": [[heat.loss_factor] for heat in heats],
         "load_beyond_path": [[heat.load_beyond] for heat in heats],
-        "thermal_backlash_change": [[_backlash_change(model, heat)] for heat in heats],
+        "thermal_backlash_change": [[change] for change in changes],
+        "warm_backlash": [
+            [cold + change] for cold, change in zip(left_cold, changes, strict=True)
+        ],
+        "limit_share": [
+            [
+                _worn_share(model, state),
+                _warm_share(model, heat),
+                -change / cold if cold > 0.0 else math.nan,
+            ]
+            for state, heat, cold, change in zip(
+                states, heats, left_cold, changes, strict=True
+            )
+        ],
     }
 
 
 def _heats(states: States) -> list[HeatState]:
     """Return how warm the gears are in each state."""
     return [state.heat for state in states if state.heat is not None]
+
+
+def _cold_backlash(model: assembly.GearModel, state: WearState) -> float:
+    """Return the circumferential backlash of worn teeth as cold as the housing [m].
+
+    Wear adds the least unloaded error of the mesh period, where flanks are nearest.
+    """
+    pair = model.kinds[0].pair
+    normal = model.scene.mesh.normal_backlash
+    if normal is None:
+        normal = max(pair.backlash, 0.0)
+    worn = float(state.kind[0].static.unloaded.min())
+    return (normal + worn) / math.cos(pair.working_pressure_angle)
+
+
+def _worn_share(model: assembly.GearModel, state: WearState) -> float:
+    """Return the largest depth over its limit, or over VDI's 0.1 modules [1]."""
+    wear = model.scene.wear
+    until = None if wear is None else wear.until
+    limit = assembly.life.build_limits(model.scene, model.gears, model.coupling)
+    depths = model.coupling.flat(state.wear)
+    if until is None or limit.depth is None:
+        return float(depths.max()) / (ALLOWED_WEAR * model.scene.gears.module)
+    return float(depths[limit.flank].max()) / limit.depth
+
+
+def _warm_share(model: assembly.GearModel, heat: HeatState) -> float:
+    """Return the largest rise over the allowed one, NaN without a limit [1]."""
+    coupling = model.coupling
+    assert isinstance(coupling, ThermalCoupling)
+    balance = coupling.warming.balance
+    shares = [
+        (float(heat.temperature[limit.number, limit.place]) - balance.ambient)
+        / (limit.temperature - balance.ambient)
+        for limit in balance.limits
+        if limit.temperature > balance.ambient
+    ]
+    return max(shares, default=math.nan)
 
 
 def _by_member(model: assembly.GearModel, values: list[Array]) -> Array:
