@@ -4,8 +4,11 @@ import numpy as np
 import pytest
 from scenes import external_pair, internal_pair
 
+from wearlab.assembly import build
 from wearlab.scene import Scene
 from wearlab.simulation import simulate
+from wearlab.simulation.face_period_estimates import line_loads, static_loads
+from wearlab.simulation.initial_wear import initial_wear
 
 FINER = {"numerics": {"profile_points": 800}}
 WEAR = {
@@ -78,3 +81,30 @@ def test_the_largest_transmission_error_lies_beside_an_onset():
     assert float(run.ste_peak_to_peak) == pytest.approx(
         float(finer.ste_peak_to_peak), rel=0.0, abs=2e-9
     )
+
+
+def test_worn_faces_are_felt_by_their_patch_in_estimates_too():
+    """Without a life, estimates solved for the wear itself, not for what is felt."""
+    worn = Scene.from_mapping(
+        {
+            "gears": external_pair(23, 71, module="4 mm", face_width="45 mm"),
+            "operation": {"torque": "320 N*m", "speed": "1450 rpm"},
+            "mesh": {"misalignment": "8 um", "face_points": 9},
+            "wear": {
+                "coefficient": {"model": "constant", "value": "1e-18 m^2/N"},
+                "initial": {"pinion": {"depth": "20 um", "shape": "quadratic"}},
+            },
+            "numerics": {"profile_points": 61},
+        }
+    )
+    parts = build(worn)
+    wear = initial_wear(worn, parts)
+    state = parts.coupling.evaluate(wear)
+    (felt,) = static_loads(parts, wear)
+    (stored,) = line_loads(state)
+    np.testing.assert_allclose(felt.load, stored.load, rtol=1e-9, atol=1e-9)
+
+    kind = parts.face.kinds[0]
+    assert kind.patch is not None
+    pointwise = kind.contact.solve(wear[0])
+    assert np.abs(pointwise.load - stored.load).max() > 1e-3 * stored.load.max()

@@ -301,3 +301,16 @@ def test_cycles_of_planets_are_those_of_loaded_conditions():
     of_flank = run["load_cycles"].sel(flank="planet-sun")
     assert run["planet_load_cycles"].values == pytest.approx([float(of_flank)] * 3)
     assert float(of_flank) == pytest.approx(0.25e5 * SUN / PLANET)
+
+
+@pytest.mark.parametrize("stages", [False, True], ids=["one condition", "a stage"])
+def test_the_life_of_the_planet_that_fails_first_is_that_of_the_set(stages):
+    """To the bit on Euler's straight steps, too, and in a later stage."""
+    sections = _with(errors=PINS)
+    sections["wear"]["step"] = {"method": "euler", "threshold": "3 um"}
+    if stages:
+        first = {"torque": f"{TORQUE} N*m", "speed": "1000 rpm", "cycles": 1e5}
+        second = {"torque": f"{1.2 * TORQUE} N*m", "speed": "1000 rpm"}
+        sections["operation"] = {"stage": [first, second]}
+    data = simulate(Scene.from_mapping(sections))
+    assert float(data.planet_life.min()) == float(data.life)

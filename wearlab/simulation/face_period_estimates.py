@@ -9,7 +9,7 @@ from wearlab import assembly
 from wearlab.arrays import Array
 from wearlab.life import history
 from wearlab.life.coupled import WearState
-from wearlab.life.face_coupling import FaceState
+from wearlab.life.face_coupling import FaceState, effective_wear
 from wearlab.mesh.face.contact import FaceContact, LineLoads
 from wearlab.simulation.dataset.face import (
     contact_over_period,
@@ -113,8 +113,11 @@ def static_loads(model: assembly.GearModel, wear: Sequence[Array]) -> list[LineL
     model : the physics
     wear : (2, n_face, n) of every kind of mesh [m]
     """
-    of_kinds = zip(_contacts(model), wear, strict=True)
-    return [contact.solve(depth) for contact, depth in of_kinds]
+    assert model.face is not None
+    return [
+        kind.contact.solve(effective_wear(kind.patch, depth))
+        for kind, depth in zip(model.face.kinds, wear, strict=True)
+    ]
 
 
 def _contacts(model: assembly.GearModel) -> list[FaceContact]:

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from wearlab.life import history, integrate
+from wearlab.life.step import Step
 from wearlab.simulation.operating import OperatingCondition
 
 FROM_THE_SECOND_ROW = ("cycle", "depth", "rate", "accumulated_error")
@@ -80,7 +81,15 @@ def _later(life: integrate.Life, cycle: float, error: float) -> integrate.Life:
         jumps=jumps,
         accumulated_error=life.accumulated_error + error,
         depth_error=life.depth_error + np.copysign(error, life.depth_error),
+        steps=tuple(_later_step(step, cycle) for step in life.steps),
     )
+
+
+def _later_step(step: Step, cycle: float) -> Step:
+    """Return a step that begins so many cycles later."""
+    start = step.start._replace(cycle=step.start.cycle + cycle)
+    end = step.end._replace(cycle=step.end.cycle + cycle)
+    return step._replace(start=start, end=end)
 
 
 def _joined_life(lives: Sequence[integrate.Life], reason: str) -> integrate.Life:
@@ -92,6 +101,7 @@ def _joined_life(lives: Sequence[integrate.Life], reason: str) -> integrate.Life
     fields: dict[str, Any] = {
         "end_reason": reason,
         "jumps": tuple(chain(*of_all("jumps"))),
+        "steps": tuple(chain(*of_all("steps"))),
     }
     for name in FROM_THE_SECOND_ROW:
         first, *later = of_all(name)

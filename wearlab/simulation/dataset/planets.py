@@ -114,8 +114,8 @@ def _lives(model: assembly.GearModel, life: integrate.Life | None) -> label.Valu
 def _life_of(life: integrate.Life, depth: float, flank: limits.Flanks) -> float:
     """Return the cycle at which a flank has a depth [1].
 
-    Beyond the end of the life ``h + r t + ½ r′ t²`` goes on, r′ the trend of the last
-    step.
+    Within the life it lies on the steps that were taken; beyond its end
+    ``h + r t + ½ r′ t²`` goes on, r′ the trend of the last step.
 
     Parameters
     ----------
@@ -132,12 +132,8 @@ def _life_of(life: integrate.Life, depth: float, flank: limits.Flanks) -> float:
     if deep.size and deep[0] == 0:
         return nodes[0].cycle
     if deep.size:
-        start, end = nodes[deep[0] - 1], nodes[deep[0]]
-        curve = step.Step(
-            start, end, (start.rate, end.rate), np.zeros_like(end.depth), 1.0
-        )
-        reached = min(depth, float(end.depth[flank].max()))
-        return step.crossing(curve, reached, flank)
+        reached = min(depth, float(nodes[deep[0]].depth[flank].max()))
+        return step.crossing(life.steps[deep[0] - 1], reached, flank)
     return nodes[-1].cycle + _cycles_beyond(nodes, depth, flank)
 
 
