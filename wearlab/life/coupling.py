@@ -27,6 +27,7 @@ from wearlab.life.planets import PlanetsApart
 from wearlab.mesh import clock, contact, excitation, stiffness
 from wearlab.mesh.force import Deflections, flank_forces
 from wearlab.wear.law import PreparedLaw, wear_rate
+from wearlab.wear.touching import TouchingPoints
 
 BLOCK = 20
 """Mesh periods of an aperiodic response that are averaged before their scatter counts
@@ -170,9 +171,8 @@ class Coupling(OneCondition):
             return kind_state
         if not kind.is_loaded:
             return kind_state._replace(rate=np.zeros_like(depth))
-        rate = averaged_rate(kind.law, kind_state.weight, tooth_force, depth)
-        if kind.patch is not None:
-            rate = kind.patch.rate(rate, depth, kind_state.mean_tooth_force)
+        of_contacts = averaged_rate(kind.law, kind_state.weight, tooth_force, depth)
+        rate = rate_of_flanks(kind, kind.law, kind_state, of_contacts)
         return kind_state._replace(rate=rate)
 
     def _static_forces(
@@ -304,6 +304,37 @@ class Coupling(OneCondition):
         )
         pair = acting.pair_normal.reshape(len(weight), len(where.phase), -1)
         return loads.Forces(weight, pair.sum(axis=-1), pair, tuple(periods))
+
+
+def rate_of_flanks(
+    kind: MeshKind, law: PreparedLaw, state: KindState, of_contacts: Array
+) -> Array:
+    """Return the wear rate of flanks from that of contacts, (2, n) [m per cycle].
+
+    What a contact wears off comes off the points that touch, spread over its patch.
+
+    Parameters
+    ----------
+    kind : of mesh
+    law : its wear law
+    state : its wear state
+    of_contacts : (2, n) rate given to the path positions of contacts [m per cycle]
+    """
+    grid = kind.analysis.grid
+    met = state.flanks.nodes.touching
+    if met is None:
+        return _over_patch(kind, state, of_contacts)
+
+    touching = TouchingPoints(met[:, grid.on_flank], grid.position, law.path)
+    rate = _over_patch(kind, state, touching.worn(of_contacts))
+    return touching.looking_ahead(rate, of_contacts, float(state.wear.max()))
+
+
+def _over_patch(kind: MeshKind, state: KindState, rate: Array) -> Array:
+    """Return a rate (2, n) spread over the patch of contact, if there is one."""
+    if kind.patch is None:
+        return rate
+    return kind.patch.rate(rate, state.wear, state.mean_tooth_force)
 
 
 def averaged_rate(

@@ -312,11 +312,14 @@ class Nodes(NamedTuple):
     compliance : (n,) own compliance of a pair touching there [m/N]
     gap : (n,) gap of the drive flanks, ``h1 + h2 + modifications`` [m]
     cross : (n_apart, n) compliance shared with the pair 1, 2 … base pitches ahead [m/N]
+    touching : (2, n) path positions at which the points of (driving, driven) that meet
+        there would touch unworn [m]; None: those of the unworn path wear
     """
 
     compliance: Array
     gap: Array
     cross: Array
+    touching: Array | None = None
 
 
 class Quasistatic(NamedTuple):
@@ -370,6 +373,11 @@ class ContactAnalysis:
     gaps: Gaps | None = None
     felt: Array | None = None
 
+    @property
+    def along_line_of_action(self) -> bool:
+        """Whether gaps are those of the line of action, not of whole outlines."""
+        return not isinstance(self.gaps, MeetingGaps)
+
     @cached_property
     def at_nodes(self) -> Lookup:
         """The look-up of the phase nodes themselves."""
@@ -398,10 +406,13 @@ class ContactAnalysis:
         extended_wear = self.grid.beyond(wear)
         position = self.grid.contact_position
         felt_wear = wear if self.felt is None else self.felt * wear
+        touching = None
         if isinstance(self.gaps, MeetingGaps):
             # teeth bend where they really meet
             met = self.gaps.contact(wear, position)
             gap = met.gap
+            if self.gaps.wears_there:
+                touching = np.stack([met.driving, met.driven])
             body = self.stiffness.body_where(
                 extended_wear, position, met.driving, met.driven
             )
@@ -414,13 +425,14 @@ class ContactAnalysis:
         cross = self.stiffness.cross(extended_wear)
 
         if not self.stiffness.load_dependent:
-            return Nodes(body + self.stiffness.contact(None), gap, cross)
+            contact = self.stiffness.contact(None)
+            return Nodes(body + contact, gap, cross, touching)
 
         force = np.full(gap.shape, self.load)
         if near is not None:
             force = self._force_in_contact(near.force)
         contact = self._contact_in_equilibrium(body, gap, cross, force)
-        return Nodes(body + contact, gap, cross)
+        return Nodes(body + contact, gap, cross, touching)
 
     def _contact_in_equilibrium(
         self, body: Array, gap: Array, cross: Array, force: Array

@@ -8,15 +8,20 @@ dξ`` and ``PV∫ T_n(t)/((t − x)√(1 − t²)) dt = π U_{n−1}(x)``:
 
 which carries no load. Collected while the contact passes (``dh = k ζ ∫ δp(L − L_c)
 dL_c``) it is a linear operator D on the wear of both flanks. A wave of one flank, wave
-number κ, decays per depth worn at ``(4R'/a²) Σ n J_n²(κa)``. The order n = 1 shifts the
-contact point; that belongs to the exact geometry of contact, and orders count from 2.
+number κ, decays per depth worn at ``(4R'/a²) Σ n J_n²(κa)``.
+
+The order n = 1 shifts the contact: on a slope of wear it moves by ``−R' (h_1' + h_2')``
+along the flanks, away from what is worn deepest, and long waves decay at ``R' κ²`` per
+depth worn. Where the gaps are those of the line of action, which know nothing of that
+shift, orders count from 1. Where contacts are sought on whole outlines
+(:mod:`wearlab.wear.touching`), they count from 2.
 
 On nodes the coefficients are ``B_n(j, i) = ∫ φ_i T_n/√(a² − x²) dx`` about the contact
 at node j, φ_i the hats of linear interpolation between the nodes of a flank, mirrored
-at both ends: exact for wear that is linear between nodes, and constants and slopes are
-not levelled. What levels are the products ``G_j(i, k) = Σ_n n B_n(j, i) B_n(j, k)`` of
-the few nodes that a contact feels: one square a contact. ``D = −(E*/π) W⁻¹ Bᵀ diag(n W
-K) B`` conserves the worn area of each flank and, the sliding distance ``ζ dL`` being
+at both ends: exact for wear that is linear between nodes, and constants are not
+levelled, nor are slopes from n = 2 on. What levels are the products ``G_j(i, k) = Σ_n n
+B_n(j, i) B_n(j, k)`` of the few nodes that a contact feels: one square a contact. ``D =
+−(E*/π) W⁻¹ Bᵀ diag(n W K) B`` conserves the worn area of each flank and, the sliding distance ``ζ dL`` being
 that of both flanks, has real eigenvalues that are not positive.
 
 Source: Johnson, Contact Mechanics (1985) §2.7, and Appendix 1 for the integral; PHYSICS
@@ -42,7 +47,6 @@ from wearlab.wear.patch import (
 )
 from wearlab.wear.path import WearPath
 
-FIRST_ORDER = 2
 MIN_ORDERS, MAX_ORDERS = 4, 32
 MAX_BYTES = 10e9  # that squares may take
 BYTES_OF_A_SQUARE = 21  # for each entry, while squares are made
@@ -81,7 +85,7 @@ class Windows(NamedTuple):
 
 
 @remembered
-def squares(half_width: Array, path: WearPath) -> Squares:
+def squares(half_width: Array, path: WearPath, first_order: int) -> Squares:
     """Return products of coefficients of wear across patches of half widths (n,) [m].
 
     Over a face they are (n_face, n), and nodes those of slice after slice.
@@ -90,6 +94,7 @@ def squares(half_width: Array, path: WearPath) -> Squares:
     ----------
     half_width : (n,) of the contacts at the nodes [m]
     path : the path of contact
+    first_order : from which orders count, 1 or 2
 
     Raises
     ------
@@ -103,11 +108,15 @@ def squares(half_width: Array, path: WearPath) -> Squares:
     _require_memory(rows, path)
     last_order = max_orders(rows, path)
     blocks = list[tuple[Array, ...]]()
-    order = np.arange(FIRST_ORDER, last_order + 1)[:, None]
+    order = np.arange(first_order, last_order + 1)[:, None]
     for number, row in enumerate(rows):
         flank_windows = [windows(row, ascending(arc)) for arc in path.arc]
         terms = np.concatenate(
-            [coefficients(window.t, last_order) for window in flank_windows], axis=-1
+            [
+                coefficients(window.t, first_order, last_order)
+                for window in flank_windows
+            ],
+            axis=-1,
         )
         entry = [
             window.node + len(row) * number + rows.size * flank
@@ -145,7 +154,7 @@ def bytes_of_squares(half_width: Array, path: WearPath) -> float:
         for row, count in zip(half_width, felt, strict=True):
             first, last = _reach(row, arc)
             count += last - first
-    terms = (MAX_ORDERS - FIRST_ORDER + 1) * felt.max() * half_width.shape[1]
+    terms = MAX_ORDERS * felt.max() * half_width.shape[1]
     to_join = BYTES_TO_JOIN if len(half_width) > 1 else 0
     of_squares = (BYTES_OF_A_SQUARE + to_join) * (felt**2).sum()
     return float(of_squares + BYTES_OF_A_TERM * terms)
@@ -226,24 +235,27 @@ def max_orders(half_width: Array, path: WearPath) -> int:
     return int(np.clip(np.ceil(np.pi * finest), MIN_ORDERS, MAX_ORDERS))
 
 
-def coefficients(t: Array, last_order: int) -> Array:
+def coefficients(t: Array, first_order: int, last_order: int) -> Array:
     """Return ``∫ φ_i T_n/√(1 − t²) dt`` of nodes at ascending t.
 
-    Between nodes ``∫ T_n/√(1 − t²) dt = −sin nθ/n`` with t = cos θ, and that of t T_n
+    Between nodes ``∫ T_n/√(1 − t²) dt = −sin nθ/n`` with t = cos θ, −θ for n = 0, and
+    that of t T_n
     half the sum of its neighbours in n. Beyond ±1 there is nothing.
 
     Parameters
     ----------
     t : (…, m) ascending places of nodes, over the half width [1]
-    last_order : highest order n of T_n, the lowest being `FIRST_ORDER`
+    first_order, last_order : lowest, 1 or more, and highest order n of T_n
 
     Returns
     -------
     (…, n_orders, m)
     """
-    n = np.arange(FIRST_ORDER - 1, last_order + 2)[:, None]
+    n = np.arange(first_order - 1, last_order + 2)[:, None]
     t = t[..., None, :]
-    change = -np.diff(np.sin(n * np.arccos(np.clip(t, -1.0, 1.0))) / n)
+    angle = np.arccos(np.clip(t, -1.0, 1.0))
+    integral = np.where(n == 0, angle, np.sin(n * angle) / np.maximum(n, 1))
+    change = -np.diff(integral)
     plain = change[..., 1:-1, :]
     slope = 0.5 * (change[..., :-2, :] + change[..., 2:, :])
     length = np.diff(t)
@@ -279,15 +291,24 @@ class Levelling(NamedTuple):
         Parameters
         ----------
         depth : (2n,) wear [m]
-        contact : (n,) how much of a full contact there is at each node, 0 to 1 [1]
+        contact : (n,) force at each node over that which makes the patch [1]
         """
         at, node, product = self.across
         sliding = (self.sliding * contact)[node // len(contact), at]
         return np.bincount(node, sliding * (product @ depth), len(depth)) * self.collect
 
 
-def levelling(half_width: Array, sliding: Array, path: WearPath) -> Levelling:
+def levelling(
+    half_width: Array, sliding: Array, path: WearPath, first_order: int
+) -> Levelling:
     """Return D for half widths (n,) [m] and ``k ζ`` per contact (2, n) [1/(Pa cycle)].
+
+    Parameters
+    ----------
+    half_width : (n,) of the contacts at the nodes [m]
+    sliding : (2, n) [1/(Pa cycle)]
+    path : the path of contact
+    first_order : from which orders count, 1 or 2
 
     References
     ----------
@@ -295,14 +316,23 @@ def levelling(half_width: Array, sliding: Array, path: WearPath) -> Levelling:
     """
     length = np.tile(path.arc_weight, (1, len(np.atleast_2d(half_width))))
     collect = -path.contact_modulus / np.pi / length.ravel()
-    return Levelling(squares(half_width, path), sliding * length, collect)
+    across = squares(half_width, path, first_order)
+    return Levelling(across, sliding * length, collect)
 
 
-def looking_ahead(levelling: Levelling, lag: float) -> SuperLU:
-    """Return I − τD of full contacts, factored, for a lag τ [cycles]."""
+def looking_ahead(levelling: Levelling, contact: Array, lag: float) -> SuperLU:
+    """Return I − τD, factored, for a lag τ [cycles].
+
+    Parameters
+    ----------
+    levelling : D
+    contact : (n,) force at each node over that which makes the patch [1]
+    lag : τ [cycles]
+    """
     (at, node, product) = levelling.across
     n = len(levelling.collect)
-    factor = -lag * levelling.sliding[2 * node // n, at] * levelling.collect[node]
+    sliding = (levelling.sliding * contact)[2 * node // n, at]
+    factor = -lag * sliding * levelling.collect[node]
     rows = csr_array((factor, (node, np.arange(len(node)))), (n, len(node)))
     return splu((eye_array(n) + rows @ product).tocsc())
 
@@ -311,38 +341,44 @@ def looking_ahead(levelling: Levelling, lag: float) -> SuperLU:
 class Elastic(TwoWay):
     """Wear is spread and felt over the patch, and the pressure redistributes inside it.
 
-    ``h' = max{0, (I − τD)⁻¹ [S r + D h]}`` with r the pointwise rate. τ is numerical:
-    waves that D levels within 3 µm of wear are followed with that lag. Contacts that
-    bear less than the force that makes the patch level by as much less, those that
-    never touch not at all; I − τD keeps all, on the stable side.
+    ``h' = max{0, (2A − A²) [S r + D h]}`` with ``A = (I − τD)⁻¹`` and r the pointwise
+    rate. τ is numerical, and its error of second order: waves that D levels within 3 µm
+    of wear are followed with that lag. A contact levels by as much as it bears: nothing
+    where it never touches, at most as if it bore the whole load; I − τD takes all to
+    bear that, on the stable side.
 
     Parameters
     ----------
     levelling : D
     reference : (n,) force that makes the patches [N]
+    largest : (n,) the load over it, at least 1 [1]
     ahead : factors of I − τD
     """
 
     levelling: Levelling
     reference: Array
+    largest: Array
     ahead: SuperLU
 
     def rate(self, pointwise: Array, depth: Array, force: Array) -> Array:
         """Return the wear rate of flanks from that of contact centres, (2, n)."""
-        contact = np.clip(force / self.reference, 0.0, 1.0)
-        forced = self.spreading @ pointwise.ravel() + self.levelling.at(
-            depth.ravel(), contact
-        )
-        return np.maximum(0.0, self.ahead.solve(forced)).reshape(pointwise.shape)
+        contact = np.clip(force / self.reference, 0.0, self.largest)
+        spread = self.spreading @ pointwise.ravel()
+        forced = spread + self.levelling.at(depth.ravel(), contact)
+        once = self.ahead.solve(forced)
+        twice = self.ahead.solve(once)
+        return np.maximum(0.0, 2.0 * once - twice).reshape(pointwise.shape)
 
 
 @remembered
 def elastic(
     half_width: Array,
     reference: Array,
+    load: float,
     sliding: Array,
     static_rate: Array,
     path: WearPath,
+    first_order: int,
     lag: float = LAG,
 ) -> Elastic:
     """Return the patch with its pressure redistributed inside.
@@ -351,9 +387,12 @@ def elastic(
     ----------
     half_width : (n,) a, over a face (n_face, n) and all else slice after slice [m]
     reference : (n,) force that makes the patches [N]
+    load : the most that a contact bears [N]
     sliding : (2, n) k ζ times passes, per contact [1/(Pa cycle)]
     static_rate : (2, n) pointwise static rate of unworn flanks [m per cycle]
     path : WearPath
+    first_order : 1 where gaps are those of the line of action, 2 where contacts are
+        sought on whole outlines
     lag : τ times the fastest spread static rate [m]
 
     References
@@ -361,13 +400,15 @@ def elastic(
     Johnson 1985, §2.7 and Appendix 1.
     """
     spread = spread_matrix(half_width, path)
-    level = levelling(half_width, sliding, path)
+    level = levelling(half_width, sliding, path, first_order)
     fastest = float((spread @ static_rate.ravel()).max(initial=0.0))
     tau = lag / fastest if fastest > 0.0 else 0.0
+    largest = np.maximum(1.0, load / reference)
     return Elastic(
         spread,
         effective_wear_matrix(spread, path),
         level,
         reference,
-        looking_ahead(level, tau),
+        largest,
+        looking_ahead(level, largest, tau),
     )

@@ -29,7 +29,8 @@ class AlgorithmOneContact(ContactModel):
         """Return the gaps that the search finds, whatever ``extended`` is."""
         from wearlab.mesh.exact.gaps import MeetingGaps, searched
 
-        return MeetingGaps(flanks, partial(searched, flanks.pair, self.points))
+        find = partial(searched, flanks.pair, self.points)
+        return MeetingGaps(flanks, find, wears_there=False)
 
     def flags(self) -> tuple[str, ...]:
         """Return a note on the error of the search."""

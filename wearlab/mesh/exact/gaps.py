@@ -450,12 +450,15 @@ class MeetingGaps(NamedTuple):
     flanks : the flanks
     find : where (driving, driven) touch when the driving gear has turned to x (m,) [m]:
         first of all, or where :func:`searched` finds them
+    wears_there : whether wear belongs to the points that touch, not to those of the
+        unworn path
     """
 
     flanks: WornFlanks
     find: Callable[[flank.Flank, flank.Flank, Array], kinematics.FlankContact] = (
         minimum_gap.minimum_gap
     )
+    wears_there: bool = True
 
     def contact(self, wear: Array, x: Array) -> kinematics.FlankContact:
         """Return where a pair of worn flanks touches.

@@ -12,7 +12,7 @@ class ElasticPatch(PatchModel):
     """Wear is spread, felt, and levelled by the pressure inside."""
 
     model: Literal["elastic"] = "elastic"
-    """spread, felt and levelled. Source: Johnson 1985"""
+    """spread, felt, levelled; contacts move to first order. Source: Johnson 1985"""
 
     def build(self, setting: "PatchSetting") -> "Patch":
         """Return the patch.
@@ -30,5 +30,11 @@ class ElasticPatch(PatchModel):
             return two_way(setting.half_width, path)
         sliding = wear_rate(law, reference) * path.face_width / reference
         return elastic(
-            setting.half_width, reference, sliding, wear_rate(law, setting.static), path
+            setting.half_width,
+            reference,
+            setting.analysis.load,
+            sliding,
+            wear_rate(law, setting.static),
+            path,
+            1 if setting.analysis.along_line_of_action else 2,
         )
