@@ -194,7 +194,7 @@ class Outside:
         for kind, depth, force, fed in each:
             patch = kind.patch
             n = depth.size
-            contact = np.clip(force / patch.reference, 0.0, 1.0)
+            contact = np.clip(force / patch.reference, 0.0, patch.largest)
             levels = np.stack(
                 [patch.levelling.at(row, contact) for row in np.eye(n)], axis=1
             )

@@ -46,7 +46,7 @@ def marched(parts):
         for kind, one in zip(coupling.kinds, state.kind, strict=True):
             patch = kind.patch
             force = one.mean_tooth_force
-            contact = np.clip(force / patch.reference, 0.0, 1.0)
+            contact = np.clip(force / patch.reference, 0.0, patch.largest)
             pointwise = wear_rate(kind.law, force).ravel()
             spread = patch.spreading @ pointwise
             level = patch.levelling.at(one.wear.ravel(), contact)

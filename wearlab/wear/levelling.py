@@ -21,8 +21,8 @@ at node j, φ_i the hats of linear interpolation between the nodes of a flank, m
 at both ends: exact for wear that is linear between nodes, and constants are not
 levelled, nor are slopes from n = 2 on. What levels are the products ``G_j(i, k) = Σ_n n
 B_n(j, i) B_n(j, k)`` of the few nodes that a contact feels: one square a contact. ``D =
-−(E*/π) W⁻¹ Bᵀ diag(n W K) B`` conserves the worn area of each flank and, the sliding distance ``ζ dL`` being
-that of both flanks, has real eigenvalues that are not positive.
+−(E*/π) W⁻¹ Bᵀ diag(n W K) B`` conserves the worn area of each flank and, the sliding
+distance ``ζ dL`` being that of both flanks, has real eigenvalues that are not positive.
 
 Source: Johnson, Contact Mechanics (1985) §2.7, and Appendix 1 for the integral; PHYSICS
 §8 "Corrugation".

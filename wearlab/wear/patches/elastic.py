@@ -12,7 +12,7 @@ class ElasticPatch(PatchModel):
     """Wear is spread, felt, and levelled by the pressure inside."""
 
     model: Literal["elastic"] = "elastic"
-    """spread, felt, levelled; contacts move to first order. Source: Johnson 1985"""
+    """spread, felt and levelled, contacts moving off slopes. Source: Johnson 1985"""
 
     def build(self, setting: "PatchSetting") -> "Patch":
         """Return the patch.
