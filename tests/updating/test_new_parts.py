@@ -173,6 +173,19 @@ def test_a_record_of_what_the_file_says_changes_nothing(tmp_path, store):
         assert recorded["predictions"][name].values == pytest.approx(beside, rel=5e-3)
 
 
+def test_a_new_part_waits_where_the_record_is_idle(tmp_path, store):
+    """Nothing ran since the change: its record had no condition, and was dropped."""
+    weighed = "hours,loss\n280,130\n840,400\n"
+    plain = of_one(tmp_path, store, PLAIN, weighed=weighed)
+    idle = "0,340,1100\n840,0,0\n1400,340,1100\n"
+    waited = of_one(tmp_path, store, RECORDED, weighed=weighed, record=idle)
+    seconds = float(plain["predictions"]["seconds_per_cycle"])
+    later = (
+        waited["predictions"]["life_quantile"] - plain["predictions"]["life_quantile"]
+    )
+    assert later.values * seconds / 3600.0 == pytest.approx(560.0, rel=0.01)
+
+
 def test_under_a_harder_record_the_new_part_counts_what_it_carried(tmp_path, store):
     """Twice the load wears about twice as fast: a coefficient half as large, the same
     wear to come under twice the load.

@@ -43,7 +43,7 @@ class Runner(NamedTuple):
         all_histories = []
         for study, condition_scenes in zip(studies, conditions, strict=True):
             runs = cases.histories(study, self.store)
-            if condition_scenes:
+            if study.record is not None:  # all of it idle: a clock without a run
                 condition_runs = cases.condition_histories(
                     study, condition_scenes, self.store
                 )
