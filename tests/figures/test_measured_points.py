@@ -211,3 +211,29 @@ def test_a_table_with_decimal_commas_is_drawn(run, tmp_path):
     published = {"file": str(table), "flank": "pinion"}
     (curve,) = points_of(run, published, decimal=",", x="diameter")
     assert curve.x == pytest.approx(2e3 * radius(ROLL), rel=1e-6)
+
+
+def test_flanks_of_planets_take_a_machine_s_curve(file):
+    """Of either flank of a planet, without reliefs: what is missing from the zero."""
+    gears = {
+        "kind": "planetary",
+        "module": "3 mm",
+        "pressure_angle": "20 deg",
+        "face_width": "30 mm",
+        "planets": 4,
+        "sun": {"teeth": 20},
+        "planet": {"teeth": gear.TEETH},
+        "ring": {"teeth": 20 + 2 * gear.TEETH, "rim_diameter": "280 mm"},
+    }
+    worn = wl.simulate(wl.Scene.from_mapping({**SCENE, "gears": gears}))
+    for flank in ("planet-sun", "planet-ring"):
+        published = {"file": file, "side": "right", "zero": "max"}
+        select = {"flank": flank, "update": 0}
+        units = {"diameter": "mm", "wear_depth": "um"}
+        (curve,) = points_of(worn, published, select=select, x="diameter", units=units)
+        base = PITCH_RADIUS * np.cos(np.radians(20.0))
+        diameter = 2.0 * np.hypot(base, ROLL)
+        inside = np.isin(np.round(diameter, 6), np.round(curve.x, 6))
+        expected = (DEVIATION.max() - DEVIATION)[inside]
+        assert inside.sum() > 20
+        np.testing.assert_allclose(np.sort(curve.y), np.sort(expected), atol=0.02)
