@@ -85,16 +85,29 @@ def _with_tip(**tip):
     return {**DRAWING, "gears": {**gears, "pinion": {**gears["pinion"], **tip}}}
 
 
+SPECTRUM = [
+    {"torque": torque, "speed": speed, "share": share}
+    for torque, speed, share in (
+        ("0 N*m", "0 rpm", 0.25),
+        ("345 N*m", "1200 rpm", 0.5),
+        ("-210 N*m", "1180 rpm", 0.125),
+        ("0 N*m", "1500 rpm", 0.125),
+    )
+]
+"""At rest, loaded, reversed, idle."""
+
+
 @pytest.mark.parametrize(
     "study",
     [
+        {**DRAWING, "operation": {"duty": SPECTRUM}},
         PLANETARY,
         DRAWING,
         _with_tip(tip_chamfer="0.117 mm"),
         _with_tip(usable_tip_diameter="65.1 mm"),
         _with_tip(tip_diameter="65.7 mm", usable_tip_diameter="65.1 mm"),
     ],
-    ids=["planetary", "drawing", "chamfer", "usable tip", "both diameters"],
+    ids=["spectrum", "planetary", "drawing", "chamfer", "usable tip", "both diameters"],
 )
 def test_a_study_comes_back_as_the_same_run(study, tmp_path):
     scene = Scene.from_mapping(study)
