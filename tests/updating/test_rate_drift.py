@@ -89,7 +89,7 @@ def by_quadrature(value):
         "change": np.linspace(-3.0, 3.0, 301),
         "running-in": np.linspace(1e-3, 4.0, 301),
     }
-    scale = {"power": 0.125, "change": 0.5, "running-in": 1.0}
+    scale = {"power": 0.25, "change": 0.5, "running-in": 1.0}
     places = {
         "power": [1.0],
         "change": (np.arange(16) + 0.5) / 16,
@@ -158,16 +158,19 @@ def test_lives_of_other_laws_are_held(name, known):
 
 
 def test_no_reading_switches_the_interval():
-    """Its ends move by little with each step of a reading, where they move most."""
+    """A fiftieth of an error moves no end by a tenth of the width, where all move most.
+
+    Half as much moved it by a fifth: ranges of courses began at one of 41 sizes.
+    """
     value = LAWS["cycles, as the model"].drawn(1)
     ends = []
-    for off in np.linspace(4.2, 5.4, 13) * SD:
+    for off in np.arange(4.46, 5.16, 0.02) * SD:
         moved = value + off * (np.arange(8) == 6)
         _, drifting = posteriors(moved, ERRORS["known"])
         ends.append(told(drifting).quantile[:2])
     steps = np.abs(np.diff(ends, axis=0)).max(axis=1)
     width = np.diff(ends, axis=1)[:-1, 0]
-    assert (steps / width).max() < 0.2
+    assert (steps / width).max() < 0.1
 
 
 def test_what_is_known_before_has_the_probabilities_of_the_prior():

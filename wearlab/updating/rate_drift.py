@@ -32,7 +32,7 @@ from wearlab.updating.run_curves import Clock, Course, ObservationPoints, RunHis
 STEADY, POWER, CHANGE, RUNNING_IN = "steady", "power", "change", "running-in"
 STEADY_SHARE = 0.5  # probability of a steady rate before
 SCALE = 0.5  # of ln of the ratio by which a rate drifts
-PROPORTION = {POWER: 0.25, CHANGE: 1.0, RUNNING_IN: 2.0}  # of sizes to that scale
+PROPORTION = {POWER: 0.5, CHANGE: 1.0, RUNNING_IN: 2.0}  # of sizes to that scale
 FREEDOM = 3.0  # degrees, of the Student-t law of sizes
 PLACES = {
     POWER: np.ones(1),
@@ -329,10 +329,10 @@ def _narrowed(
         courses = Courses(kind, size, places)
         logs = _log_evidence(run, groups, start, courses)
         logs = logs + log_density_of_size(kind, size)
-        deep = logs > logs.max(axis=1, keepdims=True) - DEPTH
         step = (high - low) / LOOKED_AT
-        left = np.where(deep, size, np.inf).min(axis=1, keepdims=True) - step
-        right = np.where(deep, size, -np.inf).max(axis=1, keepdims=True) + step
+        above = logs - logs.max(axis=1, keepdims=True) + DEPTH
+        left = size[:, :1] + step * (_places_below(above) - 1.0)
+        right = size[:, -1:] - step * (_places_below(above[:, ::-1]) - 1.0)
         new_low = np.maximum(left, lowest)
         new_high = np.minimum(right, WIDEST[kind])
         settled = (new_high - new_low) > 0.6 * (high - low)
@@ -347,6 +347,20 @@ def _narrowed(
     log_prior = log_density_of_size(kind, courses.size) + np.log(width)
     log_prior += np.log((1.0 - STEADY_SHARE) / len(PLACES) / len(places))
     return courses, log_prior
+
+
+def _places_below(above: Array) -> Array:
+    """Return how many even places there are before a function is above 0, (rows, 1).
+
+    Straight between places, so that what is found moves with it continuously.
+    """
+    rows = np.arange(len(above))
+    first = np.argmax(above > 0.0, axis=1)
+    before = np.maximum(first - 1, 0)
+    rise = above[rows, first] - above[rows, before]
+    part = above[rows, first] / np.where(rise > 0.0, rise, 1.0)
+    places = np.where(first > 0, first - np.clip(part, 0.0, 1.0), 0.0)
+    return np.asarray(places[:, None])
 
 
 class DriftKnots(NamedTuple):
