@@ -10,10 +10,16 @@ import xarray as xr
 from wearlab.figures.kind import FigureError, is_of_update
 from wearlab.figures.plot import Paper, narrow
 from wearlab.figures.plotting import PlottedFigure, of_update, plotted
-from wearlab.figures.question import Question, embedded, question, question_in, texts
+from wearlab.figures.question import (
+    Question,
+    embedded,
+    numbered_figures,
+    question,
+    question_in,
+    texts,
+)
 from wearlab.nearest import choices
 from wearlab.sources import SHORT_ID, is_other_code
-from wearlab.store import watching
 from wearlab.store.files import StoreError, write_whole
 
 if TYPE_CHECKING:
@@ -97,8 +103,7 @@ def each_figure(
     campaign : its figures
     make : what is called with the question of each figure
     """
-    figures = watching.each_told(campaign.figures)
-    for number, spec in enumerate(figures, 1):
+    for number, spec in numbered_figures(campaign):
         result = None
         problem = ""
         try:

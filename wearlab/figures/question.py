@@ -16,6 +16,7 @@ from wearlab.figures import kind, kinds, published
 from wearlab.figures.plot import Paper
 from wearlab.files import finite_json
 from wearlab.store.catalogue import Entry
+from wearlab.store.watching import each_told
 
 QUESTION = "question"
 KEYS = (
@@ -64,6 +65,16 @@ def figure_problems(campaign: Campaign) -> list[str]:
     axes = [name for axis in campaign.axes for name in (axis.name, *axis.coordinates)]
     names = [*schema.VARIABLES, *schema.DIMENSIONS, *axes]
     return [*problems, *claims.unknown_names(campaign, names)]
+
+
+def numbered_figures(campaign: Campaign) -> Iterator[tuple[int, Any]]:
+    """Yield the figures of a campaign with their numbers, and tell who watches.
+
+    Parameters
+    ----------
+    campaign : with its figures
+    """
+    yield from enumerate(each_told(campaign.figures), 1)
 
 
 def _problems(campaign: Campaign, spec: Any, number: int, folder: Any) -> Iterator[str]:

@@ -1,22 +1,16 @@
 """Two stores become one: runs, campaigns, updates and remarks, each verified."""
 
-import hashlib
-import json
 from collections.abc import Callable
-from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import NamedTuple
 
-from wearlab.files import read_regular
-from wearlab.plugins import FOLDER
 from wearlab.store import description, files, netcdf, remarks, updates
 from wearlab.store.agreement import agreement
 from wearlab.store.catalogue import Entry
 from wearlab.store.outcome import Outcome
 from wearlab.store.stored_runs import StoredRuns
-
-LARGEST_DECLARATION = 10_000_000  # bytes of what a plug-in declares
+from wearlab.store.used_plugins import copy_plugins
 
 
 @dataclass
@@ -84,7 +78,7 @@ def merge(
     merged.campaigns = catalogue.adopt_campaigns(other.archive.catalogue)
     if other.address is None:
         _merge_updates(store, other, merged)
-        _copy_plugins(store, other)
+        copy_plugins(other.path, store.path)
     merged.remarks, damaged = remarks.adopt(catalogue, other.archive.catalogue)
     merged.damaged |= damaged
     return merged
@@ -186,18 +180,3 @@ def _merge_updates(store: StoredRuns, other: StoredRuns, merged: Merged) -> None
             merged.updates += 1
         except (files.StoreError, OSError) as error:
             merged.damaged[update.id[:40]] = str(error)
-
-
-def _copy_plugins(store: StoredRuns, other: StoredRuns) -> None:
-    """Copy what plug-ins declare.
-
-    One whose source is not what its name says stays there.
-    """
-    for file in sorted((other.path / FOLDER).glob("*.json")):
-        copy = store.path / FOLDER / file.name
-        with suppress(OSError, ValueError, KeyError, TypeError, RecursionError):
-            content = read_regular(file, LARGEST_DECLARATION)
-            source = str(json.loads(content)["source"])
-            is_named = hashlib.sha256(source.encode()).hexdigest() == file.stem
-            if is_named and not copy.exists():
-                files.write_whole(copy, content)

@@ -1,15 +1,19 @@
 """The plug-ins that a run was computed with, as its scene and its store tell them."""
 
+import hashlib
 import json
 from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from wearlab.files import finite_json, read_regular
 from wearlab.plugins import FOLDER, LARGEST
 from wearlab.slots import PLUGIN
+from wearlab.store.files import write_whole
 
 SHA256_DIGITS = 64
+LARGEST_DECLARATION = 10_000_000  # bytes of what a plug-in declares
 
 
 class UsedPlugin(NamedTuple):
@@ -73,3 +77,22 @@ def _name_in(store: Path, sha256: str) -> str:
         return str(finite_json(text)["name"])
     except (OSError, ValueError, KeyError, TypeError):
         return ""
+
+
+def copy_plugins(other: Path, store: Path) -> None:
+    """Copy what plug-ins declare from one store to another.
+
+    One whose source is not what its name says stays there.
+
+    Parameters
+    ----------
+    other, store : folder of the store that has it, and of that which is to have it
+    """
+    for file in sorted((other / FOLDER).glob("*.json")):
+        copy = store / FOLDER / file.name
+        with suppress(OSError, ValueError, KeyError, TypeError, RecursionError):
+            content = read_regular(file, LARGEST_DECLARATION)
+            source = str(json.loads(content)["source"])
+            is_named = hashlib.sha256(source.encode()).hexdigest() == file.stem
+            if is_named and not copy.exists():
+                write_whole(copy, content)
