@@ -233,3 +233,14 @@ def test_very_many_values_of_one_unit_are_refused():
 
 
 __all__ = ["BLOCK"]
+
+
+def test_oil_that_holds_the_wear_of_a_replaced_gear_is_refused(tmp_path, store):
+    """What the old pinion had left in it counted as wear of the new one."""
+    head = "hours,Fe [ppm],oil age\n400,2,400\n"
+    replaced = '\n[[update.replaced]]\nmembers = ["pinion"]\nhours = 840\n'
+    told = simulated(tmp_path, OIL + replaced, f"{head}1120,6,1120\n")
+    with pytest.raises(UpdateError, match=r"oil.csv: line 3: .* what the old one lost"):
+        update(told, store, progress=False)
+    changed = simulated(tmp_path, OIL + replaced, f"{head}1120,1.5,280\n")
+    assert update(changed, store, progress=False)

@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
+from wearlab.arrays import Array, Index
 from wearlab.campaign.update_options import ALL_MEMBERS
 from wearlab.scene import Scene
 from wearlab.updating import answers, data_blocks, replacements, run_curves
@@ -22,6 +23,7 @@ from wearlab.updating.measurements import Observed, UpdateError
 from wearlab.updating.run_curves import Clock, RunHistory, Runs
 from wearlab.updating.study_runs import Runner
 
+ROUND_OFF = 1e-9  # of a cycle that is told by hours
 UNTIL = 1e-9  # of a cycle, by which a value may be after the replacement of its gear
 
 
@@ -291,8 +293,33 @@ def _observations_of_part(
         by = service.begin - start
         since = run_curves.since_of(first, observed)
         if since is not None:
+            if gear == ALL_MEMBERS:
+                _refuse_wear_of_old_gears(observed, rows, since, service.begin)
             since = np.maximum(since[rows] - by, start)
         yield replace(part, clock="cycle", time=cycle[rows] - by, since=since)
+
+
+def _refuse_wear_of_old_gears(
+    observed: Observed, rows: Index, since: Array, begin: float
+) -> None:
+    """Refuse what all gears lost since before one was new: the old one's wear counts.
+
+    Parameters
+    ----------
+    observed : the block
+    rows : its values that a part is told by
+    since : (n,) cycle from which each value counts [1]
+    begin : cycle at which the part was new [1]
+    """
+    of_both = rows[since[rows] < begin * (1.0 - ROUND_OFF) - UNTIL]
+    if of_both.size:
+        line = observed.row[of_both[0]]
+        raise UpdateError(
+            f'{observed.data.file}: line {line}: "all" counts from before a gear was '
+            "replaced, so that it holds what the old one lost, too: give the oil's "
+            "change with the gear (columns.oil_hours, columns.oil_changed), add a "
+            "value at that time, or leave the line out"
+        )
 
 
 def _refuse_totals_of_all(observed: Observed) -> None:
