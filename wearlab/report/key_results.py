@@ -1,4 +1,4 @@
-"""Safeties, load over the face and transmission error of a run, unworn and worn."""
+"""Safeties, load over the face, errors and temperatures of a run, unworn and worn."""
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
@@ -17,6 +17,7 @@ SYMBOLS = {
     "iso_face_load_factor": "K_Hβ (ISO 6336-1)",
     "face_load_factor": "K_Hβ",
     "ste_peak_to_peak": "range of transmission error",
+    "tooth_temperature": "temperature of the teeth",
 }
 """The variables, and what they are called on a page."""
 DEPTH = "max_wear_depth"
