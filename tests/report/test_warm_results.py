@@ -19,5 +19,5 @@ def test_the_warmest_place_unworn_and_worn(tmp_path):
         "max(tooth_temperature[update=-1])",
     ]
     heads, (row,) = table_of([results], VARIABLES)
-    place = heads.index("largest temperature of the teeth unworn [°C]")
+    place = heads.index("largest temperature of the teeth unworn [degC]")
     assert float(row[place]) == pytest.approx(48.06, abs=0.01)

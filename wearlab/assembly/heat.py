@@ -137,6 +137,16 @@ def as_warm_as_surroundings(scene: Scene, gears: GearSet) -> GearSet:
     return gears._replace(kinds=tuple(kinds))
 
 
+def flank_temperatures(temperature: Array) -> list[float]:
+    """Return the temperatures of the flanks, (driving, driven) [K].
+
+    Parameters
+    ----------
+    temperature : (2, 2) of (driving, driven) at (root, flank) [K]
+    """
+    return [float(of_gear[FLANK]) for of_gear in temperature]
+
+
 def limits_of(scene: Scene, pair: GearPair) -> tuple[TemperatureLimit, ...]:
     """Return the temperatures that places of the gears must not pass.
 

@@ -5,7 +5,6 @@ pair whose materials have the moduli of their temperatures, bodies and teeth tha
 the root, the contact itself that of the flank.
 """
 
-from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 
@@ -20,9 +19,6 @@ from wearlab.life.coupled import MeshKind
 from wearlab.life.thermal_coupling import Warming
 from wearlab.mesh.gear_set import GearSet
 from wearlab.scene import Scene
-from wearlab.thermal.balance import (
-    FLANK,
-)
 from wearlab.thermal.friction import sliding_pairs
 
 
@@ -47,7 +43,7 @@ def model_at(
     stiffness = scene.mesh.stiffness.warm(pair, kind.pair, cold.analysis.grid)
     analysis = replace(cold.analysis, stiffness=stiffness)
     warm_kind = kind._replace(pair=pair)
-    flanks: Sequence[float] = temperature[:, FLANK].tolist()
+    flanks = heat.flank_temperatures(temperature)
     return build_kind(scene, gears, warm_kind, analysis, flanks)
 
 

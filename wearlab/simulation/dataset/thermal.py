@@ -13,7 +13,6 @@ from wearlab.life.thermal_coupling import ThermalCoupling
 from wearlab.materials.over_temperature import celsius
 from wearlab.simulation import label
 from wearlab.simulation.dataset.coordinates import States
-from wearlab.simulation.dataset.vdi_rating import vdi_flags
 from wearlab.thermal.balance import PLACES, ROOT, HeatState
 
 DEEP = 0.02
@@ -163,7 +162,6 @@ def thermal_flags(
     if model.scene.thermal is None:
         return
     yield from _assumed(model)
-    yield from vdi_flags(model)
     states = life_history.state
     beyond = max(heat.load_beyond for heat in _heats(states))
     if beyond > MUCH_BEYOND:

@@ -7,7 +7,7 @@ from wearlab.dynamics.steady.coexisting import Search
 from wearlab.life import history, integrate
 from wearlab.scene import Scene
 from wearlab.simulation import initial_wear, operating
-from wearlab.simulation.dataset import monitoring, thermal
+from wearlab.simulation.dataset import monitoring, thermal, vdi_rating
 
 INSTEAD = (
     "go on from this run with [start], let the static force wear (wear.load = "
@@ -72,6 +72,7 @@ def scene_validity(
             "coexisting attractors of a set of several meshes are not looked for"
         )
     flags += thermal.thermal_flags(model, life_history)
+    flags += vdi_rating.vdi_flags(model)
     if life_history.life is not None:
         flags += _life_flags(life_history.life)
     return tuple(flags)
