@@ -12,6 +12,7 @@ from wearlab.campaign.blocks import CampaignError
 from wearlab.campaign.update import read_update
 from wearlab.updating import UpdateError, measured_flanks, update
 from wearlab.updating.calendar import DAYS_A_YEAR, Calendar
+from wearlab.updating.cases import studies
 from wearlab.updating.flank_depths import MAX_POINTS
 
 UNKNOWN = {"wear.coefficient.factor": {"lognormal": {"median": 1.0, "cov": 1.0}}}
@@ -147,6 +148,31 @@ def test_an_update_is_that_of_the_same_points_in_a_table(tmp_path, store):
     by_flank = factor(tmp_path, "once.toml", once, store)
     by_table = factor(tmp_path, "table.toml", table, store)
     np.testing.assert_allclose(by_flank, by_table, rtol=1e-6)
+
+
+OTHER_GEARS = """
+[[case]]
+label = "large"
+[[case]]
+label = "small"
+"gears.module" = "2 mm"
+"gears.pinion.tip_diameter"  = "104 mm"
+"gears.pinion.root_diameter" = "94 mm"
+"gears.gear.tip_diameter"    = "104 mm"
+"gears.gear.root_diameter"   = "94 mm"
+"""
+
+
+def test_a_flank_is_read_by_the_gears_of_its_own_case(tmp_path):
+    """It was read by those of the first case, though that was excluded: refused."""
+    points = "".join(f"{d},{0.1 * (d - 97)}\n" for d in range(97, 104))
+    (tmp_path / "flank.csv").write_text(f"diameter [mm],depth [um]\n{points}")
+    more = 'at = 1e6\ncase = "small"\ncontinuation = "hold"\n'
+    file = tmp_path / "two.toml"
+    file.write_text(HEAD + DATA.format(file="flank.csv") + more + OTHER_GEARS)
+    of_cases = studies(wl.load(file))
+    assert [len(study.observations) for study in of_cases] == [0, 1]
+    assert len(of_cases[1].observations[0]) > 0
 
 
 FACED = {

@@ -15,6 +15,7 @@ from wearlab.campaign.distributions import Distribution, SampleTable, draw
 from wearlab.campaign.update import FACTOR
 from wearlab.campaign.update_options import (
     THICKNESS,
+    Data,
     Days,
     Fleet,
     Limit,
@@ -165,7 +166,7 @@ def studies(campaign: Campaign, today: date | None = None) -> tuple[Subject, ...
         units = _units(campaign.cases[0].scene, spec, spec.fleet)
         return with_today(units, today or spec.today)
     (observations, record, calendar) = _measured(
-        spec, None, spec.calendar, campaign.cases[0].scene
+        spec, None, spec.calendar, campaign.cases
     )
     subjects = []
     for case in campaign.cases:
@@ -307,7 +308,8 @@ def _units(scene: Scene, spec: UpdateSpec, fleet: Fleet) -> tuple[Subject, ...]:
         changed = scene.replace(dict(unit.scene)) if unit.scene else scene
         limit = _limit(changed, spec, f"unit {name!r}: ")
         days = unit.calendar or spec.calendar
-        measured = _measured(spec, name, days, changed, common=unit.calendar is None)
+        alone = (Case(name, changed, {}),)
+        measured = _measured(spec, name, days, alone, common=unit.calendar is None)
         refuse_too_deep(changed, measured[0], limit)
         refuse_reversed(changed, measured[0], limit, measured[1])
         subjects.append(Subject(name, changed, spec, limit, *measured))
@@ -326,7 +328,7 @@ def _measured(
     spec: UpdateSpec,
     unit: str | None,
     days: Days | None,
-    scene: Scene,
+    of_cases: Sequence[Case],
     *,
     common: bool = False,
 ) -> Measurements:
@@ -338,10 +340,18 @@ def _measured(
     observations = tuple(
         measurements.read_observations(data, clock.of_dates, unit)
         if data.at is None
-        else measured_flanks.read_flank(data, scene, clock.of_dates)
+        else measured_flanks.read_flank(
+            data, _scene_measured(data, of_cases), clock.of_dates
+        )
         for data in spec.data
     )
     return observations, clock.record, clock.calendar
+
+
+def _scene_measured(data: Data, of_cases: Sequence[Case]) -> Scene:
+    """Return the scene of the first case that a block belongs to."""
+    scenes = [case.scene for case in of_cases if case.label in data.cases]
+    return scenes[0] if scenes else of_cases[0].scene
 
 
 def _limit(scene: Scene, spec: UpdateSpec, about: str) -> Limit:
