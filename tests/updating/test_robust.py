@@ -6,12 +6,18 @@ import numpy as np
 import pytest
 from made import LIMIT, RATE, ErrorModel, blocks, history, observed, study
 from scipy import stats
+from scipy.special import logsumexp
+from units import law, simulated, unit
 
 from wearlab.campaign.distributions import read_distribution
 from wearlab.updating.answers import answer_of, outcome_of
+from wearlab.updating.population import fit_population
 from wearlab.updating.robust import FREEDOMS, freedom_of, robust_answer
 from wearlab.updating.row_checks import odd_rows
 from wearlab.updating.sampling import ALARM
+from wearlab.updating.tails import FREEDOMS as FREEDOMS_OF_FLEETS
+from wearlab.updating.unit_factors import unit_likelihood
+from wearlab.updating.unit_states import joint_draws
 
 PRIOR = {"lognormal": {"median": 1.0, "cov": 14.0}}
 UNKNOWN = read_distribution({"lognormal": {"median": "0.3 g", "cov": 1.0}}, "sd")
@@ -137,3 +143,46 @@ def test_a_rate_that_drifts_has_a_robust_answer_too():
 
 def test_clean_sets_have_no_second_answer():
     assert answered(eight(4), ErrorModel(SD)).robust is None
+
+
+def test_an_inspection_of_a_unit_is_student_t():
+    """Without straying the mixture of normal laws is exact but for its few points."""
+    rng = np.random.default_rng(5)
+    one = unit("a", CYCLES, 1.1 * 1e-7 * CYCLES + 5e-5 * rng.standard_normal(8))
+    theta = np.log([[0.3, 1.0]])
+    plain = law(reference=1.5e4)
+    known = plain._replace(straying=0.0, tails=True)
+    log_factor = np.log(1.1) + np.array([[-2e-3, -1e-3, 0.0, 1e-3]])
+    found = unit_likelihood(one, known.shared(theta), log_factor, steps=True)
+    off = one.blocks[0].observed.value - 1e-7 * np.exp(log_factor[0])[:, None] * CYCLES
+    by_freedom = [
+        stats.t(freedom).logpdf(off / 5e-5).sum(axis=1) - 8.0 * np.log(5e-5)
+        for freedom in FREEDOMS_OF_FLEETS
+    ]
+    exact = logsumexp(by_freedom, axis=0) - np.log(len(by_freedom))
+    # as far as errors matter: of 12 standard deviations and more they hardly do
+    near = exact > exact.max() - 25.0
+    assert near.sum() >= 2
+    assert found.log_likelihood[0][near] == pytest.approx(exact[near], abs=0.1)
+    steps = np.sum([step.log_likelihood for step in found.steps], axis=0)
+    assert steps == pytest.approx(found.log_likelihood, abs=1e-9)
+
+
+def test_a_reading_that_is_wrong_hardly_moves_a_robust_fleet():
+    units = simulated(6, 4, 3, straying=0.02)
+    seen = units[2].blocks[0]
+    value = seen.observed.value.copy()
+    value[2] *= 1.8
+    wrong = replace(seen, observed=replace(seen.observed, value=value))
+    spoilt = [*units[:2], replace(units[2], blocks=(wrong,)), *units[3:]]
+    asked = law("straying")
+    middles = []
+    for members, tails in ((units, False), (spoilt, True), (spoilt, False)):
+        found = fit_population(members, asked._replace(tails=tails), 0)
+        draws = joint_draws(found, 1000, np.random.default_rng(0))
+        middles.append(np.median(draws.log_factor, axis=1))
+    clean, robust, normal = middles
+    assert abs(robust[2] - clean[2]) < 0.05
+    assert abs(robust[2] - clean[2]) < 0.3 * abs(normal[2] - clean[2])
+    others = [0, 1, 3, 4, 5]
+    assert robust[others] == pytest.approx(clean[others], abs=0.02)

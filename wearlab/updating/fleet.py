@@ -34,6 +34,7 @@ from wearlab.updating.unit_states import (
 )
 
 CHANGE_TIMES = 200  # times at which a change is considered
+MAX_ROBUST = 30  # units of a fleet, of which errors may be Student-t
 MIN_OTHERS = 3  # other units from which one is compared with them
 
 
@@ -90,6 +91,10 @@ def fleet_groups(parts: FleetParts, *, replay: bool) -> dict[str, xr.Dataset]:
             groups["predictions_without"] = _predictions_without(
                 in_service, fleet, left_out, rng
             )
+            if len(fleet.units) <= MAX_ROBUST:
+                groups["predictions_robust"] = _predictions_robust(
+                    in_service, fleet, rng
+                )
     return groups
 
 
@@ -114,6 +119,16 @@ def _predictions_without(
     sound = population.fit_population(_without(fleet, flagged), fleet.law, 0)
     states = states_now(sound, joint_draws(sound, DRAWS, rng))[: len(studies)]
     return _predictions(studies, sound, states, _blanks(sound, rng))
+
+
+def _predictions_robust(
+    studies: Subjects, fleet: Population, rng: Random
+) -> xr.Dataset:
+    """Return the predictions where errors are Student-t, of unknown freedom."""
+    law = fleet.law._replace(tails=True)
+    robust = population.fit_population(fleet.units, law, 0)
+    states = states_now(robust, joint_draws(robust, DRAWS, rng))[: len(studies)]
+    return _predictions(studies, robust, states, _blanks(robust, rng))
 
 
 def _blanks(fleet: Population, rng: Random) -> States:

@@ -35,12 +35,14 @@ class Shared(NamedTuple):
     straying : ρ, (p, 1)
     sd : of each block, (p, 1) [SI]
     reference : T [cycles]
+    tails : whether errors are Student-t
     """
 
     power: Array
     straying: Array
     sd: tuple[Array, ...]
     reference: float
+    tails: bool = False
 
     def equal(self, cycle: float | Array) -> Array:
         """Return the equal wear time Λ = T (N/T)^b of cycles.
@@ -106,6 +108,7 @@ class Law(NamedTuple):
     reference : T, cycles at which f and straying are said
     power, straying : where they are known
     sd : of each block where it is known
+    tails : whether errors are Student-t, of unknown degrees of freedom [normal]
     """
 
     parameters: tuple[Parameter, ...]
@@ -113,6 +116,7 @@ class Law(NamedTuple):
     power: float = 1.0
     straying: float = 0.0
     sd: tuple[float, ...] = (0.0,)
+    tails: bool = False
 
     def shared(self, theta: Array) -> Shared:
         """Return what the units share at points.
@@ -131,4 +135,5 @@ class Law(NamedTuple):
                 columns.get(f"sd_{n}", value * ones) for n, value in enumerate(self.sd)
             ),
             reference=self.reference,
+            tails=self.tails,
         )

@@ -162,6 +162,7 @@ def filtered(
     rate: Any,
     loading: Any = None,
     steps: bool = False,
+    tails: Any = None,
 ) -> Filtered:
     """Return the likelihood of residuals and what is known of W.
 
@@ -173,6 +174,7 @@ def filtered(
     rate : variance of W per cycle
     loading : (…, n) by which W and the offset count in a value [1]
     steps : whether each inspection's innovation is kept
+    tails : scales of variances of errors that are Student-t (`tails.Tails`) [normal]
     """
     lanes = _lanes_of(residuals, rate, loading)
     censored = censored_values(residuals.room)
@@ -195,8 +197,9 @@ def filtered(
         nothing = np.zeros(1)[0]
         update = StateUpdate(nothing, nothing, nothing, expected, shared_variance)
         if len(measured):
-            sums = _weighted_sums(residuals, measured, loading)
-            update = update_state(expected, shared_variance, sums)
+            update = _updated(
+                residuals, measured, loading, expected, shared_variance, tails
+            )
         if len(under):
             update = _with_limits(residuals, under, update, lanes)
             if not len(measured):
@@ -221,6 +224,26 @@ def filtered(
         last,
         innovations,
     )
+
+
+def _updated(
+    residuals: Residuals,
+    measured: Index,
+    loading: Any,
+    expected: Any,
+    shared_variance: Any,
+    tails: Any,
+) -> StateUpdate:
+    """Return what the values of an inspection tell of the state."""
+    if tails is None:
+        sums = _weighted_sums(residuals, measured, loading)
+        return update_state(expected, shared_variance, sums)
+    updates = []
+    for scale in tails.variance:
+        wider = residuals._replace(variance=scale * residuals.variance)
+        sums = _weighted_sums(wider, measured, loading)
+        updates.append(update_state(expected, shared_variance, sums))
+    return tails.mixed(updates)
 
 
 def _lanes_of(residuals: Residuals, rate: Any, loading: Any) -> tuple[int, ...]:

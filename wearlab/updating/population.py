@@ -92,11 +92,13 @@ def law_of(fleet: Fleet, prior: Distribution, units: Sequence[FleetMember]) -> L
             "can be: give power or straying as a number, or an error.sd"
         )
         raise measurements.UpdateError(f"update.population: {message}")
-    return Law(
+    law = Law(
         tuple(parameters),
         _reference_of(fleet, units),
         sd=tuple(sd.known for sd in sds),
-        **known,
+    )
+    return law._replace(
+        power=known.get(POWER, law.power), straying=known.get(STRAYING, law.straying)
     )
 
 

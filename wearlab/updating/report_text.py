@@ -466,6 +466,10 @@ def _fleet(tree: xr.DataTree) -> dict[str, Any]:
         "shown": shown,
         "scale": scale,
     }
+    if "predictions_robust" in tree.children:
+        odd = {row["unit_name"] for row in values["flagged"]}
+        robust = _rows(tree["predictions_robust"].to_dataset())
+        values["robust"] = _table([heads, *(row for row in robust if row[0] in odd)])
     for _, heads, rows_without in without:
         changed = [row for row in rows_without if row not in unit_rows]
         first = _units_to_open(tree["predictions_without"].to_dataset())

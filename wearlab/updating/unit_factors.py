@@ -17,6 +17,7 @@ from wearlab.updating import grids, interval_blocks, kalman, likelihood
 from wearlab.updating.fleet_law import Law, Shared
 from wearlab.updating.fleet_members import FleetMember
 from wearlab.updating.sheet_doubts import FAR, log_with_scale
+from wearlab.updating.tails import FREEDOMS, over_freedoms, tails_of
 
 NODES = 65  # of a unit's grid
 DEPTH = 60.0  # of a unit's log likelihood below its top that counts
@@ -69,7 +70,21 @@ def unit_likelihood(
     ]
     residuals = _residuals_of(parts, log_factor.shape)
     before = kalman.Filtered()
-    filtered = kalman.filtered(residuals, times, before, shared.rate, steps=steps)
+    if shared.tails:
+        by_freedom = [
+            kalman.filtered(
+                residuals,
+                times,
+                before,
+                shared.rate,
+                steps=steps,
+                tails=tails_of(freedom),
+            )
+            for freedom in FREEDOMS
+        ]
+        filtered = over_freedoms(by_freedom)
+    else:
+        filtered = kalman.filtered(residuals, times, before, shared.rate, steps=steps)
     return _with_apart(filtered, unit, apart) if apart else filtered
 
 
@@ -184,6 +199,7 @@ def _top_of_unit(unit: FleetMember, shared: Shared, ends: Array) -> tuple[float,
         straying=middle(shared.straying),
         sd=tuple(middle(sd) for sd in shared.sd),
         reference=shared.reference,
+        tails=shared.tails,
     )
 
     def logs_at(log_factor: Array, _: Index) -> Array:
