@@ -1,9 +1,12 @@
 """Load spectra with idle rows, standstill and reversed torque: DOOR's table of bins."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scenes import external_pair
 
+from wearlab.assembly import build
 from wearlab.assembly.sheet import sheet
 from wearlab.scene import Scene, SceneError
 from wearlab.simulation import simulate
@@ -235,3 +238,48 @@ def test_the_sheet_tells_each_mesh_once():
     plain = [row.symbol for row in sheet(spectrum(rows=ROWS[:3])).rows]
     assert rows == plain
     assert len(sheet(spectrum()).drawings) == 1
+
+
+def test_worn_flanks_behind_widen_the_backlash_of_the_motion():
+    """Evenly worn by h on either gear, by 2 h: a light pair that strikes behind.
+
+    In the mean over a mesh period, so that wear that leaves the pitch point alone
+    widens it by less than its depth.
+    """
+    scene = spectrum(
+        [("5 N*m", "1200 rpm", 1.0), ("-5 N*m", "1200 rpm", 1.0)],
+        dynamics={"model": "torsional"},
+        mesh__damping_ratio=0.05,
+        mesh__normal_backlash="10 um",
+        mesh__stiffness={"model": "constant", "value": "400 N/um", "of": "pair"},
+        errors={
+            "harmonic": [
+                {
+                    "mesh": "pinion-gear",
+                    "order": 1,
+                    "amplitude": "12 um",
+                    "phase": "0 deg",
+                }
+            ]
+        },
+    )
+    front = scene.operation.in_conditions()[0]
+    coupling = build(scene.with_sections(operation=front)).coupling
+    kinds = coupling.kinds
+    new = tuple(np.zeros((2, *kind.shape)) for kind in kinds)
+    behind = 3e-6
+    worn = tuple(
+        depth if kind.is_loaded else depth + behind
+        for kind, depth in zip(kinds, new, strict=True)
+    )
+    (widened,) = coupling.evaluate(worn).responses
+    wider = coupling.vibration.with_clearance(2.0 * behind)
+    (expected,) = replace(coupling, vibration=wider).evaluate(new).responses
+    (narrow,) = coupling.evaluate(new).responses
+    assert widened.system.backlash == pytest.approx([16e-6])
+    np.testing.assert_allclose(widened.state, expected.state, rtol=1e-9, atol=1e-15)
+    assert not np.allclose(widened.state, narrow.state, rtol=1e-3)
+
+    place = np.abs(kinds[0].analysis.grid.position)
+    at_ends = 4e-6 * place / place.max() * np.ones((2, 1))
+    assert 0.0 < kinds[0].clearance(at_ends) < 8e-6

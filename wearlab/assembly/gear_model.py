@@ -226,8 +226,9 @@ class GearModel:
         )
         if self.vibration is not None:
             yield (
-                "back flanks: their wear adds no backlash to the motion, and they "
-                "vibrate as if the sense of rotation were reversed, too"
+                "back flanks: wear of the flanks behind widens the backlash of the "
+                "motion by its mean over a mesh period; they vibrate as if the sense "
+                "of rotation were reversed, too"
             )
 
     def _flags_of_materials(self) -> Iterator[str]:

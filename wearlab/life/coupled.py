@@ -93,6 +93,18 @@ class Vibration(NamedTuple):
             responses.append(response)
         return tuple(responses)
 
+    def with_clearance(self, added: float) -> "Vibration":
+        """Return the dynamics of meshes with a wider backlash.
+
+        Parameters
+        ----------
+        added : to the backlash of every mesh [m]
+        """
+        backlash = self.system.backlash
+        if backlash is None or added == 0.0:
+            return self
+        return self._replace(system=self.system._replace(backlash=backlash + added))
+
     def tables(self, kinds: Sequence[MeshFlanks]) -> stages.StageTables:
         """Return the meshes at all stages.
 
@@ -346,6 +358,19 @@ class MeshKind(NamedTuple):
         """How many depths a flank has, along each of its directions."""
         return self.analysis.grid.position.shape
 
+    def clearance(self, depth: Array) -> float:
+        """Return by how much wear of these flanks lets gears turn unloaded [m].
+
+        In the mean over a mesh period.
+
+        Parameters
+        ----------
+        depth : (2, n) of (driving, driven) [m]
+        """
+        felt = depth if self.patch is None else self.patch.effective_wear(depth)
+        unworn = self.analysis.mean_least_gap(np.zeros_like(depth))
+        return self.analysis.mean_least_gap(felt) - unworn
+
 
 @dataclass(frozen=True)
 class Coupled(Protocol):
@@ -462,12 +487,23 @@ class OneCondition(Coupled):
             if kind.is_loaded
         ]
 
-    def _respond(self, flanks: Sequence[Any], start: Responses | None) -> Responses:
-        """Return the steady responses, none without dynamics."""
+    def _respond(
+        self, flanks: Sequence[Any], wear: Wear, start: Responses | None
+    ) -> Responses:
+        """Return the steady responses, none without dynamics.
+
+        Wear of the flanks that are behind the loaded ones widens the backlash.
+        """
         if self.vibration is None:
             return ()
+        behind = sum(
+            kind.clearance(depth)
+            for kind, depth in zip(self.kinds, wear, strict=True)
+            if not kind.is_loaded
+        )
+        vibration = self.vibration.with_clearance(behind)
         try:
-            responses = self.vibration.solve(self.in_motion(flanks), start or None)
+            responses = vibration.solve(self.in_motion(flanks), start or None)
         except Unbounded as error:
             raise limits.StopWear("unbounded motion") from error
         self.account.add(responses)

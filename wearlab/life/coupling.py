@@ -117,7 +117,7 @@ class Coupling(OneCondition):
                 at_rest = self.planets.static(worn, static)
         self.account.counts["contact_analyses"] += 1
         with self.account.timed("dynamics"):
-            responses = self._respond(worn, start)
+            responses = self._respond(worn, wear, start)
             forces = [
                 self._forces_on(kind, flanks, state, responses)
                 for kind, flanks, state in zip(self.kinds, worn, at_rest, strict=True)
@@ -294,7 +294,7 @@ class Coupling(OneCondition):
         motion = Deflections(
             *(np.concatenate(values).ravel() for values in zip(*motions, strict=True))
         )
-        dashpot = dashpot_of(vibration.system, int(kind.meshes[0]))
+        dashpot = dashpot_of(responses[0].system, int(kind.meshes[0]))
         acting = flank_forces(
             flanks,
             clock.concatenate([where] * len(weight)),

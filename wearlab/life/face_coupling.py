@@ -63,6 +63,19 @@ class FaceKind(NamedTuple):
         """Slices, and nodes of each."""
         return self.contact.grid.shape
 
+    def clearance(self, depth: Array) -> float:
+        """Return by how much wear of these flanks lets gears turn unloaded [m].
+
+        In the mean over a mesh period.
+
+        Parameters
+        ----------
+        depth : (2, n_face, n) of (driving, driven) [m]
+        """
+        felt = effective_wear(self.patch, depth)
+        unworn = self.contact.mean_least_gap(np.zeros_like(depth))
+        return self.contact.mean_least_gap(felt) - unworn
+
 
 @dataclass(frozen=True)
 class FaceCoupling(OneCondition):
@@ -95,7 +108,7 @@ class FaceCoupling(OneCondition):
         with self.account.timed("contact"):
             states = self._in_contact(wear)
         with self.account.timed("dynamics"):
-            responses = self._respond([state.flanks for state in states], start)
+            responses = self._respond([state.flanks for state in states], wear, start)
             for number, kind in enumerate(
                 self.kinds if responses and self.load.moving else ()
             ):
@@ -159,7 +172,7 @@ class FaceCoupling(OneCondition):
         mean = np.zeros(grid.shape)
         rows = 0
         for mesh, lag in kind.lags.items():
-            dashpot = dashpot_of(vibration.system, mesh)
+            dashpot = dashpot_of(response.system, mesh)
             when = vibration.look((grid.inside + lag) % 1.0)
             motion = vibration.motions(response, when, slice(mesh, mesh + 1))
             for row in zip(motion.deflection[:, 0], motion.rate[:, 0], strict=True):

@@ -434,6 +434,24 @@ class ContactAnalysis:
         contact = self._contact_in_equilibrium(body, gap, cross, force)
         return Nodes(body + contact, gap, cross, touching)
 
+    def mean_least_gap(self, wear: Array) -> float:
+        """Return the least gap of all pairs, in the mean over a mesh period [m].
+
+        So far an unloaded gear turns before worn flanks touch.
+
+        Parameters
+        ----------
+        wear : (2, n) depths, (driving, driven) [m]
+        """
+        felt_wear = wear if self.felt is None else self.felt * wear
+        if self.gaps is None:
+            gap = self.grid.beyond(felt_wear[0] + felt_wear[1] + self.modification)
+        else:
+            gap = self.gaps.at(felt_wear)
+        of_pairs = interpolate(self.grid, self.at_nodes, gap, np.inf)
+        _, weight = self.grid.phase_nodes
+        return float(weight @ of_pairs.min(axis=1))
+
     def _contact_in_equilibrium(
         self, body: Array, gap: Array, cross: Array, force: Array
     ) -> Array:

@@ -2,64 +2,21 @@
 
 import numpy as np
 
-from wearlab import units
 from wearlab.arrays import Array
-from wearlab.assembly import face, sets
+from wearlab.assembly import sets
 from wearlab.campaign.update_options import DESCRIPTION, Data
 from wearlab.gears.specification import GearError
-from wearlab.mesh.gear_set import GearSet
 from wearlab.scene import Scene
 from wearlab.tables import TableError
 from wearlab.tables.measured_flank import ABSCISSAE, read_measured_flank
 from wearlab.updating.measurements import UpdateError
+from wearlab.updating.removed_material import removed
 from wearlab.wear.measured_profile import MeasuredProfile, measured, path_position
 
 MAX_POINTS = 25
 """Points of a curve that count: those beside one another tell the same."""
 NODES = 201
 """Places along the path at which the unworn line is looked for."""
-
-
-def _removed(
-    data: Data, scene: Scene, gears: GearSet, of: tuple[int, int], position: Array
-) -> Array:
-    """Return the material removed on purpose where a profile was measured, (n,) [m].
-
-    Normal to the flank; of gears with a face at the place that the block selects.
-
-    Parameters
-    ----------
-    data : the block
-    scene, gears : whose gears were measured
-    of : kind of mesh, and 0 for its driving gear or 1
-    position : (n,) on the path [m]
-    """
-    kind, gear = of
-    pair = gears.kinds[kind].pair
-    removed = pair.modification(gear, position)
-    if not scene.face_keys:
-        return removed
-
-    flank = face.sliced_flank(scene, gears, of, [_face_position(data)])
-    assert flank is not None
-    share = pair.from_root(gear, position)
-    lead = flank.lead.removed(flank.position, share, flank.width)[0]
-    return np.asarray(removed * flank.cosine + lead)
-
-
-def _face_position(data: Data) -> float:
-    """Return the place across the face that a block selects [m]."""
-    place = f"{data.place}.select.face_position"
-    stated = data.select.get("face_position")
-    if stated is None:
-        raise UpdateError(
-            f"{place}: required: where across the face the profile was measured, such "
-            'as select = { face_position = "0 mm" } at mid-face'
-        )
-    try:
-        return units.quantity(str(stated), "length")
-    except units.UnitError as error:
-        raise UpdateError(f"{place}: {error}") from None
 
 
 def depths_of(data: Data, scene: Scene) -> tuple[Array, Array]:
@@ -98,7 +55,7 @@ def depths_of(data: Data, scene: Scene) -> tuple[Array, Array]:
         begin, end = pair.path.A, pair.path.E
         if flank.y == "deviation":
             on_path = np.clip(along, begin, end)
-            depth = -depth - _removed(data, scene, gears, (kind, gear), on_path)
+            depth = -depth - removed(data, scene, gears, (kind, gear), on_path)
         profile = MeasuredProfile(
             flank.x,  # type: ignore[arg-type]
             abscissa,

@@ -420,6 +420,15 @@ class FaceContact:
         of_lines = gap[np.arange(gap.shape[0]), node]
         return np.where(node >= 0, of_lines, np.inf).min(axis=(1, 2))
 
+    def mean_least_gap(self, wear: Array) -> float:
+        """Return the least gap over the face, in the mean over a mesh period [m].
+
+        Parameters
+        ----------
+        wear : (2, n_face, n) depths, (driving, driven) [m]
+        """
+        return float(self.grid.weight @ self._unloaded(self.gap(wear)))
+
     def residuals(self, loads: LineLoads, force: float) -> Array:
         """Return the sum of line loads over the force less 1, (n_phases,).
 
