@@ -16,9 +16,17 @@ from wearlab.simulation.dataset.coordinates import States
 from wearlab.thermal.balance import PLACES, ROOT, HeatState
 
 DEEP = 0.02
-"""Depth over the module above which gaps along the line of action are told to shorten
-lives: those of steel on plastic are 1.22, 1.26 and 1.29 times as long to 0.025, 0.05
-and 0.1 modules where wear goes to the points that touch (docs/model_error.md)."""
+"""Depth over the module above which gaps along the line of action are told to be first
+order in wear (docs/model_error.md)."""
+DEEP_ELASTIC = (
+    "gaps along the line of action are first order in wear (lives to 0.1 modules "
+    "within 4 % of those of whole outlines: docs/model_error.md)"
+)
+DEEP_OTHERWISE = (
+    "gaps along the line of action shorten lives, those to 0.025 modules and more by "
+    "a quarter (docs/model_error.md): give wear.contact_patch = 'elastic', or "
+    "mesh.contact = 'exact'"
+)
 ALLOWED_WEAR = 0.1
 """Wear depth over the module that VDI 2736 allows."""
 MUCH_BEYOND = 0.03
@@ -169,18 +177,24 @@ def thermal_flags(
             f"beyond A and E pairs carry up to {100.0 * beyond:.2g} % of the load: it "
             "warms the teeth and wears no flank, though it slides most"
         )
-    deepest = max(float(wear.max()) for state in states for wear in state.wear)
-    module = model.scene.gears.module
-    if deepest > DEEP * module and model.scene.mesh.contact.along_line_of_action:
-        yield (
-            f"wear of {1e6 * deepest:.4g} um is {deepest / module:.2g} modules: above "
-            f"{DEEP:g} gaps along the line of action shorten lives (those of steel on "
-            "plastic are 1.22, 1.26 and 1.29 times as long to 0.025, 0.05 and 0.1 "
-            "modules: docs/model_error.md)"
-        )
+    yield from _deep(model, states)
     life = life_history.life
     if life is not None and life.end_reason == limits.TOO_WARM:
         yield from _end_by_warmth(model, _heats(states)[-1])
+
+
+def _deep(model: assembly.GearModel, states: States) -> Iterator[str]:
+    """Yield that wear is so deep that gaps along the line of action are rough."""
+    scene = model.scene
+    deepest = max(float(wear.max()) for state in states for wear in state.wear)
+    module = scene.gears.module
+    if deepest <= DEEP * module or not scene.mesh.contact.along_line_of_action:
+        return
+    is_elastic = scene.wear is not None and scene.wear.contact_patch.chosen == "elastic"
+    yield (
+        f"wear of {1e6 * deepest:.4g} um is {deepest / module:.2g} modules: above "
+        f"{DEEP:g} {DEEP_ELASTIC if is_elastic else DEEP_OTHERWISE}"
+    )
 
 
 def _assumed(model: assembly.GearModel) -> Iterator[str]:
