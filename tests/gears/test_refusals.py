@@ -8,7 +8,7 @@ import pytest
 from geometry_refusals import Refusal, build, changed, sites
 from scenes import external_pair, internal_pair, planetary_set
 
-from wearlab.gears import iso, pairs, planetary
+from wearlab.gears import iso, pairs, planetary, vdi
 from wearlab.gears.helix import helix
 from wearlab.gears.making import build_gear
 from wearlab.gears.shifts import inverse_involute
@@ -518,6 +518,17 @@ REFUSALS: dict[str, Refusal] = {
             "give one angle each": {"planet_angles": ["0 deg", "120 deg", "240 deg"]},
             "or none": {"planet_angles": None},
         },
+    ),
+    "vdi._check_strength.1": Refusal(
+        lambda: vdi.root_strength("PEEK", 20.0, 1e6),
+        {
+            r"of POM and": lambda: vdi.root_strength("POM", 20.0, 1e6),
+            r"PA66 it is": lambda: vdi.root_strength("PA66", 20.0, 1e6),
+        },
+    ),
+    "vdi._check_strength.2": Refusal(
+        lambda: vdi.flank_strength(500.0, 1e6),
+        {r"known from 0 to": lambda: vdi.flank_strength(60.0, 1e6)},
     ),
     "pitch.with_module.1": Refusal(
         external_pair(20, 40, diametral_pitch=8),
