@@ -198,3 +198,14 @@ def test_a_fault_of_the_file_is_told_once_not_for_every_run(study):
         and "scene.numerics.tolerence: unknown key, did you mean 'tolerance'?"
         in lines[0]
     )
+
+
+def test_a_spectrum_beside_a_swept_torque_is_not_dropped_in_silence(study):
+    """Without the sweep the file was refused; with it the spectrum did not count."""
+    duty = 'duty = [{ torque = "5 N*m", speed = "900 rpm", share = 1.0 }]'
+    one = f'[operation]\ntorque = "5 N*m"\nspeed = "900 rpm"\n{duty}\n'
+    swept = '[[sweep]]\n"operation.torque" = ["5 N*m", "6 N*m"]'
+    (line,) = refused(study, f"{one}{swept}")
+    assert "scene.operation.duty: stands beside operation.torque" in line
+    (line,) = refused(study, f'{one}[[case]]\nlabel = "a"\n"operation.speed" = "1 rpm"')
+    assert "leave one of them out" in line

@@ -251,6 +251,7 @@ def expand(
         With the problems of every scene that is not valid.
     """
     _refuse_large_grid(axes, differences)
+    _refuse_contradictions(table, axes, differences)
     if _grid_size(axes, differences) > LARGE_GRID:
         _check_last_case(table, axes)
 
@@ -266,6 +267,22 @@ def expand(
     if problems:
         raise CampaignError(problems)
     return tuple(cases)
+
+
+def _refuse_contradictions(
+    table: merge.Table, axes: Axes, differences: Differences
+) -> None:
+    """Refuse a file whose keys exclude each other, one of which a sweep would drop."""
+    tables = [difference.settings for difference in differences]
+    for axis in axes:
+        tables += [merge.nested(key, axis.written[key][0]) for key in axis.written]
+    pairs = [pair for over in tables for pair in merge.contradictions(table, over)]
+    if pairs:
+        raise CampaignError(
+            f"scene.{other}: stands beside {key}, and one excludes the other; what is "
+            "swept, or a [[case]], would drop it: leave one of them out"
+            for key, other in dict.fromkeys(pairs)
+        )
 
 
 class UnreadCase(NamedTuple):

@@ -46,6 +46,32 @@ def _superseded(over: Table, path: Path) -> set[str]:
     return superseded
 
 
+def contradictions(
+    table: Table, over: Table, path: Path = ()
+) -> Iterator[tuple[str, str]]:
+    """Yield keys of a table that exclude each other, where ``over`` would drop one.
+
+    Parameters
+    ----------
+    table, over : tables as a campaign file writes them
+    path : where in a scene they stand
+    """
+    for part in parts_at(path):
+        for groups in part.alternatives:
+            for written in groups:
+                if not any(key in over for key in written):
+                    continue
+                present = [key for key in written if key in table]
+                others = {
+                    key for group in groups if group is not written for key in group
+                }
+                for key in sorted(others & table.keys()) if present else ():
+                    yield ".".join([*path, present[0]]), ".".join([*path, key])
+    for key, value in over.items():
+        if isinstance(value, dict) and isinstance(table.get(key), dict):
+            yield from contradictions(table[key], value, (*path, key))
+
+
 def _over(base: Any, over: Any, path: Path) -> Any:
     """Return one value over another: merged where both are tables of one choice."""
     chooser = chooser_at(path)
