@@ -375,8 +375,9 @@ def _rows(campaign: Campaign, entries: Entries, store: Store) -> list[Content]:
 def _comparisons(campaign: Campaign, store: Store) -> Comparisons:
     """Return how cases compare with what is expected of them; the latest counts."""
     comparisons = {}
-    for member in reversed(store.archive.catalogue.members()):
-        if member.comparison is not None and member.campaign == campaign.title:
+    members = store.archive.catalogue.members_of_campaign(campaign.title)
+    for member in reversed(members):
+        if member.comparison is not None:
             place = json.dumps(member.position, sort_keys=True)
             comparisons[member.run, member.label, place] = member.comparison
     return comparisons

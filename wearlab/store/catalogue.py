@@ -598,21 +598,32 @@ class Catalogue(rows.Database):
         ----------
         runs : ids [all runs]
         """
-        selected = (
-            self.read(MEMBERS)
-            if runs is None
-            else self.read_many(f"{MEMBERS} WHERE run IN", runs)
-        )
-        ordered = sorted(selected, key=lambda row: row[12:])
-        ordered.sort(key=lambda row: str(row[11]), reverse=True)
-        arguments = (
-            ArgsKwargs((*row[:7], None if row[10] is None else row[7:11]))
-            for row in ordered
-        )
-        return [
-            understood("a campaign in the catalogue", MEMBER.validate_python, argument)
-            for argument in arguments
-        ]
+        if runs is None:
+            return _members_of(self.read(MEMBERS))
+        return _members_of(self.read_many(f"{MEMBERS} WHERE run IN", runs))
+
+    def members_of_campaign(self, title: str) -> list[Member]:
+        """Return the cases of campaigns of a title, the one recorded last first.
+
+        Parameters
+        ----------
+        title : of the campaigns
+        """
+        return _members_of(self.read(f"{MEMBERS} WHERE title = ?", [title]))
+
+
+def _members_of(selected: Iterable[Any]) -> list[Member]:
+    """Return rows of `MEMBERS` as cases, the campaign recorded last first."""
+    ordered = sorted(selected, key=lambda row: row[12:])
+    ordered.sort(key=lambda row: str(row[11]), reverse=True)
+    arguments = (
+        ArgsKwargs((*row[:7], None if row[10] is None else row[7:11]))
+        for row in ordered
+    )
+    return [
+        understood("a campaign in the catalogue", MEMBER.validate_python, argument)
+        for argument in arguments
+    ]
 
 
 def key_of(text: str) -> str:

@@ -28,8 +28,8 @@ def former_runs(campaign: Any, archive: "RunArchive") -> dict[str, str]:
     file = getattr(campaign, "path", None)
     path = None if file is None else str(file)
     latest: dict[str, str] = {}
-    for member in archive.catalogue.members():
-        if member.path == path and member.campaign == campaign.title:
+    for member in archive.catalogue.members_of_campaign(campaign.title):
+        if member.path == path:
             latest.setdefault(_place(member.label, member.position), member.run)
 
     former: dict[str, str] = {}
