@@ -196,7 +196,11 @@ class Outside:
             n = depth.size
             contact = np.clip(force / patch.reference, 0.0, patch.largest)
             levels = np.stack(
-                [patch.levelling.at(row, contact) for row in np.eye(n)], axis=1
+                [
+                    patch.levelling.at(row, contact) + patch.shift.at(row, contact)
+                    for row in np.eye(n)
+                ],
+                axis=1,
             )
             whole = np.zeros((n + 1, n + 1))
             whole[:n, :n] = levels

@@ -50,6 +50,7 @@ def marched(parts):
             pointwise = wear_rate(kind.law, force).ravel()
             spread = patch.spreading @ pointwise
             level = patch.levelling.at(one.wear.ravel(), contact)
+            level = level + patch.shift.at(one.wear.ravel(), contact)
             found.append(np.maximum(0.0, spread + level))
         return np.concatenate(found)
 

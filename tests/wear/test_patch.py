@@ -9,11 +9,13 @@ from scipy.sparse import block_diag
 from scipy.special import eval_chebyt, jv
 
 from wearlab.wear.levelling import (
+    FIRST_ORDER,
     coefficients,
     elastic,
     levelling,
     looking_ahead,
     max_orders,
+    shift,
     squares,
     windows,
 )
@@ -109,9 +111,8 @@ def wave_path(make_path, nodes):
     return s, path, np.full(nodes, 1.2e-4)
 
 
-@pytest.mark.parametrize("first_order", [1, 2])
 @pytest.mark.parametrize("kappa_a", [0.8, 1.5, 2.5, 4.0])
-def test_a_wave_decays_as_on_a_half_plane(make_path, kappa_a, first_order):
+def test_a_wave_decays_as_on_a_half_plane(make_path, kappa_a):
     """``D h = −(π E*) k ζ Σ n J_n²(κa) h`` where nothing varies along
     the path within a wave.
     """
@@ -122,11 +123,11 @@ def test_a_wave_decays_as_on_a_half_plane(make_path, kappa_a, first_order):
     h[0] = np.cos(kappa_a / a[0] * x)
     inside = slice(200, -200)
     found = (
-        levelling(a, sliding, path, first_order)
+        levelling(a, sliding, path)
         .at(h.ravel(), np.ones(len(s)))
         .reshape(h.shape)[0, inside]
     )
-    orders = np.arange(first_order, 40)
+    orders = np.arange(FIRST_ORDER, 40)
     expected = (
         -np.pi
         * path.contact_modulus
@@ -136,13 +137,13 @@ def test_a_wave_decays_as_on_a_half_plane(make_path, kappa_a, first_order):
     assert found == pytest.approx(expected * h[0, inside], abs=0.01 * abs(expected))
 
 
-def across(half_width, arc, j, first, most):
+def across(half_width, arc, j, most):
     """Return the coefficients of a contact at node j of a flank at ascending arcs, and
     the nodes it feels.
     """
     t, node, felt = (each[j] for each in windows(half_width, arc))
     assert t[felt][0] <= -1.0 < t[felt][1] and t[felt][-2] < 1.0 <= t[felt][-1]
-    return t[felt], coefficients(t[felt], first, most), node[felt]
+    return t[felt], coefficients(t[felt], most), node[felt]
 
 
 def test_coefficients_are_those_of_bessel_and_converge(make_path):
@@ -153,24 +154,23 @@ def test_coefficients_are_those_of_bessel_and_converge(make_path):
     for nodes in (401, 801, 1601):
         s, path, a = wave_path(make_path, nodes)
         j = int(np.argmin(np.abs(s - 3e-3)))
-        _, found, node = across(a, path.arc[0], j, 2, 2)
+        _, found, node = across(a, path.arc[0], j, FIRST_ORDER)
         wave = np.cos(2.0 / a[0] * (path.arc[0] - path.arc[0, j]))
         errors.append(abs(float(found[0] @ wave[node]) - np.pi / 2 * -2.0 * jv(2, 2.0)))
     assert errors[0] / errors[1] > 3.0
     assert errors[1] / errors[2] > 3.0
 
 
-@pytest.mark.parametrize("first_order", [1, 2])
 @pytest.mark.parametrize("j", [0, 40, 117])
-def test_coefficients_are_integrals_over_hats(contact, j, first_order):
+def test_coefficients_are_integrals_over_hats(contact, j):
     path, a, _ = contact
     most = max_orders(a, path)
-    t, found, _ = across(a, path.arc[0], j, first_order, most)
-    for order in (0, 1, most - first_order):
+    t, found, _ = across(a, path.arc[0], j, most)
+    for order in (0, 1, most - FIRST_ORDER):
         for i, unit in enumerate(np.eye(len(t))):
             inside = np.arccos(np.clip(t[max(i - 1, 0) : i + 2], -1.0, 1.0))[::-1]
             expected, _ = quad(
-                lambda theta, unit=unit, n=first_order + order: (
+                lambda theta, unit=unit, n=FIRST_ORDER + order: (
                     np.interp(np.cos(theta), t, unit) * eval_chebyt(n, np.cos(theta))
                 ),
                 inside[0],
@@ -180,22 +180,21 @@ def test_coefficients_are_integrals_over_hats(contact, j, first_order):
             assert found[order, i] == pytest.approx(expected, abs=1e-12)
 
 
-@pytest.mark.parametrize("first_order", [1, 2])
-def test_squares_are_sums_over_orders_of_what_a_contact_feels(contact, first_order):
+def test_squares_are_sums_over_orders_of_what_a_contact_feels(contact):
     path, a, _ = contact
-    at, node, product = squares(a, path, first_order)
+    at, node, product = squares(a, path)
     n = len(a)
     most = max_orders(a, path)
     assert product.shape == (len(node), 2 * n) and set(at) == set(range(n))
     for j in (0, 60, n - 1):
         felt = node[at == j]
         arcs = [arc if arc[-1] > arc[0] else -arc for arc in path.arc]
-        both = [across(a, arc, j, first_order, most) for arc in arcs]
+        both = [across(a, arc, j, most) for arc in arcs]
         np.testing.assert_array_equal(
             felt, np.concatenate([own + n * f for f, (*_, own) in enumerate(both)])
         )
         b = np.concatenate([found for _, found, _ in both], axis=1)
-        square = b.T @ (np.arange(first_order, most + 1)[:, None] * b)
+        square = b.T @ (np.arange(FIRST_ORDER, most + 1)[:, None] * b)
         expected = np.zeros((len(felt), 2 * n))
         np.add.at(expected.T, felt, square.T)  # a node and its mirror images are one
         found = product[at == j].toarray()
@@ -206,23 +205,22 @@ def test_squares_are_sums_over_orders_of_what_a_contact_feels(contact, first_ord
 
 def test_what_looks_ahead_solves_the_whole_system(contact):
     path, a, sliding = contact
-    level = levelling(a, sliding, path, 1)
+    level = levelling(a, sliding, path)
     more = np.random.default_rng(4).uniform(1.0, 5.0, len(a))
     matrix = matrix_of(level, more)
     forced = np.random.default_rng(3).uniform(0.0, 1.0, 2 * len(a))
     lag = 3.0 / np.abs(matrix).max()
     whole = np.eye(len(forced)) - lag * matrix
     np.testing.assert_allclose(
-        looking_ahead(level, more, lag).solve(forced),
+        looking_ahead(level.matrix(more), lag).solve(forced),
         np.linalg.solve(whole, forced),
         rtol=1e-12,
     )
 
 
-@pytest.mark.parametrize("first_order", [1, 2])
-def test_levelling_conserves_both_flanks_and_only_decays(contact, first_order):
+def test_levelling_conserves_both_flanks_and_only_decays(contact):
     path, a, sliding = contact
-    matrix = matrix_of(levelling(a, sliding, path, first_order))
+    matrix = matrix_of(levelling(a, sliding, path))
     n = path.arc.shape[1]
     for flank, length in enumerate(path.arc_weight):
         own = length @ matrix[flank * n : (flank + 1) * n]
@@ -238,7 +236,7 @@ def test_levelling_conserves_both_flanks_and_only_decays(contact, first_order):
 
 def test_constants_and_slopes_are_not_levelled(contact):
     path, a, sliding = contact
-    level = levelling(a, sliding, path, 2)
+    level = levelling(a, sliding, path)
     n = path.arc.shape[1]
     reference = np.abs(matrix_of(level)).max()
     even = level.at(np.ones(2 * n), np.ones(n))
@@ -248,29 +246,50 @@ def test_constants_and_slopes_are_not_levelled(contact):
     assert np.abs(inside).max() < 1e-9 * reference * np.ptp(path.arc[0])
 
 
-def test_the_first_order_moves_contacts_off_a_slope(make_path):
+def test_contacts_move_off_a_slope(make_path):
     """A long wave of wear decays at ``R' κ²`` per depth worn: contacts move by
     ``−R' h'`` off a slope of wear, and take what they wear off with them.
     """
     s, path, a = wave_path(make_path, 1601)
     x = path.arc[0]
     kappa = 0.05 / a[0]
-    load = np.pi * path.contact_modulus * a**2 / (4.0 * path.equivalent_radius)
-    sliding = np.full((2, len(s)), K)
+    rate = np.full((2, len(s)), 1e-12)
     h = np.zeros((2, len(s)))
     h[0] = np.cos(kappa * x)
-    level = levelling(a, sliding, path, 1).at(h.ravel(), np.ones(len(s)))
-    # flux of wear k ζ F/B times the shift −R' h', which varies along the path
-    shift = path.equivalent_radius * kappa * np.sin(kappa * x)
-    evened = -np.gradient(K * load * shift, x)
+    moves = shift(spread_matrix(a, path), rate, path)
+    found = moves.at(h.ravel(), np.ones(len(s))).reshape(h.shape)[0]
+    # the flux of wear is the rate times the shift −R' h', which varies along the path
+    off = path.equivalent_radius * kappa * np.sin(kappa * x)
+    evened = -np.gradient(rate[0] * off, x)
     inside = slice(300, -300)
-    found = level.reshape(h.shape)[0, inside]
-    assert found == pytest.approx(evened[inside], abs=0.01 * np.abs(evened).max())
+    assert found[inside] == pytest.approx(
+        evened[inside], abs=0.01 * np.abs(evened).max()
+    )
+
+
+@pytest.mark.parametrize("slices", [1, 3])
+def test_what_moves_off_slopes_conserves_both_flanks_and_only_decays(contact, slices):
+    path, a, sliding = contact
+    wide = np.tile(sliding * 2000.0 / path.face_width, (1, slices))
+    half_width = np.tile(a, (slices, 1))
+    moves = shift(spread_matrix(half_width, path), wide, path, slices)
+    n = wide.shape[1]
+    share = np.random.default_rng(6).uniform(0.5, 2.0, n)
+    matrix = moves.matrix(share).toarray()
+    h = np.random.default_rng(7).uniform(0.0, 1e-6, 2 * n)
+    np.testing.assert_allclose(matrix @ h, moves.at(h, share), rtol=1e-9, atol=1e-24)
+    length = np.tile(path.arc_weight, (1, slices))
+    taken = (length.ravel() * (matrix @ h)).reshape(2, slices, -1)
+    assert np.abs(taken.sum(axis=2)).max() < 1e-9 * np.abs(taken).max()
+    values = np.linalg.eigvals(matrix)
+    assert values.real.max() < 1e-6 * np.abs(values).max()
+    even = moves.at(np.ones(2 * n), share)
+    assert np.abs(even).max() < 1e-9 * np.abs(matrix).max()
 
 
 def test_where_nothing_touches_nothing_is_levelled(contact):
     path, a, sliding = contact
-    level = levelling(a, sliding, path, 1)
+    level = levelling(a, sliding, path)
     h = np.random.default_rng(2).uniform(0.0, 1e-6, 2 * path.arc.shape[1])
     assert not level.at(h, np.zeros(len(a))).any()
 
@@ -313,14 +332,14 @@ def test_the_semi_implicit_rate_conserves_and_tends_to_the_explicit_one(contact)
     worn = 2e-6 * (1.0 + 0.1 * np.sin(12.0 * s))
     rates = []
     for lag in (3e-6, 3e-8, 3e-10):
-        patch = elastic(a, force, 2000.0, sliding, pointwise, path, 1, lag)
+        patch = elastic(a, force, 2000.0, sliding, pointwise, path, True, lag)
         rates.append(patch.rate(pointwise, worn, force))
         assert (rates[-1] * path.arc_weight).sum(1) == pytest.approx(
             (pointwise * path.arc_weight).sum(1), rel=1e-9
         )
-    explicit = patch.spreading @ pointwise.ravel() + patch.levelling.at(
-        worn.ravel(), np.ones(n)
-    )
+    spread = patch.spreading @ pointwise.ravel()
+    level = patch.levelling.at(worn.ravel(), np.ones(n))
+    explicit = spread + level + patch.shift.at(worn.ravel(), np.ones(n))
     apart = [float(np.abs(rate.ravel() - explicit).max()) for rate in rates]
     assert (
         apart[2] < 0.1 * apart[1] < 0.1 * apart[0] or apart[1] < 1e-3 * explicit.max()

@@ -119,7 +119,7 @@ def test_squares_of_a_contact_patch_are_refused_before_they_fill_the_memory(make
     _, path = make_path(n=1601)
     wide = 0.1 * np.ptp(path.arc[0])
     with pytest.raises(GearError, match=r"1601 nodes .* \d+ profile_points") as refused:
-        squares(np.full(1601, wide), path, 1)
+        squares(np.full(1601, wide), path)
 
     fewer = int(re.search(r"at most (\d+)", str(refused.value)).group(1))
     _, coarser = make_path(n=fewer)
@@ -132,7 +132,7 @@ def test_squares_take_no_more_memory_than_was_computed(make_path, share):
     _, path = make_path(n=161)
     half_width = np.full(161, share * np.ptp(path.arc[0]))
     tracemalloc.start()
-    squares.__wrapped__(half_width, path, 1)
+    squares.__wrapped__(half_width, path)
     _, peak = tracemalloc.get_traced_memory()
     tracemalloc.stop()
     needed = bytes_of_squares(half_width[None], path)

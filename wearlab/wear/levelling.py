@@ -12,14 +12,16 @@ number κ, decays per depth worn at ``(4R'/a²) Σ n J_n²(κa)``.
 
 The order n = 1 shifts the contact: on a slope of wear it moves by ``−R' (h_1' + h_2')``
 along the flanks, away from what is worn deepest, and long waves decay at ``R' κ²`` per
-depth worn. Where the gaps are those of the line of action, which know nothing of that
-shift, orders count from 1. Where contacts are sought on whole outlines
-(:mod:`wearlab.wear.touching`), they count from 2.
+depth worn. It is no redistribution in the patch, so orders count from 2; where the gaps
+are those of the line of action, which know nothing of that shift, it is computed by
+itself, as a flux of what contacts wear off: ``S W⁻¹ Gᵀ r R' G P h``, G the slopes
+between nodes. Where contacts are sought on whole outlines
+(:mod:`wearlab.wear.touching`), nothing is added.
 
 On nodes the coefficients are ``B_n(j, i) = ∫ φ_i T_n/√(a² − x²) dx`` about the contact
 at node j, φ_i the hats of linear interpolation between the nodes of a flank, mirrored
-at both ends: exact for wear that is linear between nodes, and constants are not
-levelled, nor are slopes from n = 2 on. What levels are the products ``G_j(i, k) = Σ_n n
+at both ends: exact for wear that is linear between nodes, and constants and slopes are
+not levelled. What levels are the products ``G_j(i, k) = Σ_n n
 B_n(j, i) B_n(j, k)`` of the few nodes that a contact feels: one square a contact. ``D =
 −(E*/π) W⁻¹ Bᵀ diag(n W K) B`` conserves the worn area of each flank and, the sliding
 distance ``ζ dL`` being that of both flanks, has real eigenvalues that are not positive.
@@ -33,7 +35,7 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.sparse import csr_array, eye_array
+from scipy.sparse import block_diag, csr_array, diags_array, eye_array, kron
 from scipy.sparse.linalg import SuperLU, splu
 
 from wearlab.arrays import Array, Flags, Index
@@ -47,6 +49,7 @@ from wearlab.wear.patch import (
 )
 from wearlab.wear.path import WearPath
 
+FIRST_ORDER = 2
 MIN_ORDERS, MAX_ORDERS = 4, 32
 MAX_BYTES = 10e9  # that squares may take
 BYTES_OF_A_SQUARE = 21  # for each entry, while squares are made
@@ -85,7 +88,7 @@ class Windows(NamedTuple):
 
 
 @remembered
-def squares(half_width: Array, path: WearPath, first_order: int) -> Squares:
+def squares(half_width: Array, path: WearPath) -> Squares:
     """Return products of coefficients of wear across patches of half widths (n,) [m].
 
     Over a face they are (n_face, n), and nodes those of slice after slice.
@@ -94,7 +97,6 @@ def squares(half_width: Array, path: WearPath, first_order: int) -> Squares:
     ----------
     half_width : (n,) of the contacts at the nodes [m]
     path : the path of contact
-    first_order : from which orders count, 1 or 2
 
     Raises
     ------
@@ -108,15 +110,11 @@ def squares(half_width: Array, path: WearPath, first_order: int) -> Squares:
     _require_memory(rows, path)
     last_order = max_orders(rows, path)
     blocks = list[tuple[Array, ...]]()
-    order = np.arange(first_order, last_order + 1)[:, None]
+    order = np.arange(FIRST_ORDER, last_order + 1)[:, None]
     for number, row in enumerate(rows):
         flank_windows = [windows(row, ascending(arc)) for arc in path.arc]
         terms = np.concatenate(
-            [
-                coefficients(window.t, first_order, last_order)
-                for window in flank_windows
-            ],
-            axis=-1,
+            [coefficients(window.t, last_order) for window in flank_windows], axis=-1
         )
         entry = [
             window.node + len(row) * number + rows.size * flank
@@ -154,7 +152,7 @@ def bytes_of_squares(half_width: Array, path: WearPath) -> float:
         for row, count in zip(half_width, felt, strict=True):
             first, last = _reach(row, arc)
             count += last - first
-    terms = MAX_ORDERS * felt.max() * half_width.shape[1]
+    terms = (MAX_ORDERS - FIRST_ORDER + 1) * felt.max() * half_width.shape[1]
     to_join = BYTES_TO_JOIN if len(half_width) > 1 else 0
     of_squares = (BYTES_OF_A_SQUARE + to_join) * (felt**2).sum()
     return float(of_squares + BYTES_OF_A_TERM * terms)
@@ -235,27 +233,24 @@ def max_orders(half_width: Array, path: WearPath) -> int:
     return int(np.clip(np.ceil(np.pi * finest), MIN_ORDERS, MAX_ORDERS))
 
 
-def coefficients(t: Array, first_order: int, last_order: int) -> Array:
+def coefficients(t: Array, last_order: int) -> Array:
     """Return ``∫ φ_i T_n/√(1 − t²) dt`` of nodes at ascending t.
 
-    Between nodes ``∫ T_n/√(1 − t²) dt = −sin nθ/n`` with t = cos θ, −θ for n = 0, and
-    that of t T_n
+    Between nodes ``∫ T_n/√(1 − t²) dt = −sin nθ/n`` with t = cos θ, and that of t T_n
     half the sum of its neighbours in n. Beyond ±1 there is nothing.
 
     Parameters
     ----------
     t : (…, m) ascending places of nodes, over the half width [1]
-    first_order, last_order : lowest, 1 or more, and highest order n of T_n
+    last_order : highest order n of T_n, the lowest being `FIRST_ORDER`
 
     Returns
     -------
     (…, n_orders, m)
     """
-    n = np.arange(first_order - 1, last_order + 2)[:, None]
+    n = np.arange(FIRST_ORDER - 1, last_order + 2)[:, None]
     t = t[..., None, :]
-    angle = np.arccos(np.clip(t, -1.0, 1.0))
-    integral = np.where(n == 0, angle, np.sin(n * angle) / np.maximum(n, 1))
-    change = -np.diff(integral)
+    change = -np.diff(np.sin(n * np.arccos(np.clip(t, -1.0, 1.0))) / n)
     plain = change[..., 1:-1, :]
     slope = 0.5 * (change[..., :-2, :] + change[..., 2:, :])
     length = np.diff(t)
@@ -297,10 +292,16 @@ class Levelling(NamedTuple):
         sliding = (self.sliding * contact)[node // len(contact), at]
         return np.bincount(node, sliding * (product @ depth), len(depth)) * self.collect
 
+    def matrix(self, contact: Array) -> csr_array:
+        """Return D as a matrix, (2n, 2n) [1/cycle], for contacts as of `at`."""
+        at, node, product = self.across
+        n = len(self.collect)
+        factor = (self.sliding * contact)[2 * node // n, at] * self.collect[node]
+        rows = csr_array((factor, (node, np.arange(len(node)))), (n, len(node)))
+        return csr_array(rows @ product)
 
-def levelling(
-    half_width: Array, sliding: Array, path: WearPath, first_order: int
-) -> Levelling:
+
+def levelling(half_width: Array, sliding: Array, path: WearPath) -> Levelling:
     """Return D for half widths (n,) [m] and ``k ζ`` per contact (2, n) [1/(Pa cycle)].
 
     Parameters
@@ -308,7 +309,6 @@ def levelling(
     half_width : (n,) of the contacts at the nodes [m]
     sliding : (2, n) [1/(Pa cycle)]
     path : the path of contact
-    first_order : from which orders count, 1 or 2
 
     References
     ----------
@@ -316,25 +316,99 @@ def levelling(
     """
     length = np.tile(path.arc_weight, (1, len(np.atleast_2d(half_width))))
     collect = -path.contact_modulus / np.pi / length.ravel()
-    across = squares(half_width, path, first_order)
-    return Levelling(across, sliding * length, collect)
+    return Levelling(squares(half_width, path), sliding * length, collect)
 
 
-def looking_ahead(levelling: Levelling, contact: Array, lag: float) -> SuperLU:
-    """Return I − τD, factored, for a lag τ [cycles].
+class Shift(NamedTuple):
+    """Contacts that move off slopes of wear: ``S W⁻¹ Gᵀ diag(r R') G P h``.
 
     Parameters
     ----------
-    levelling : D
-    contact : (n,) force at each node over that which makes the patch [1]
-    lag : τ [cycles]
+    slope : (2m, 2n) G P, slopes of the felt wear between nodes, both flanks [1/m]
+    divided : (2n, 2m) −S W⁻¹ Gᵀ: what fluxes between nodes take off the flanks [1/m]
+    conducted : (2, m) r R' of contacts that bear what makes the patch [m² per cycle]
     """
-    (at, node, product) = levelling.across
-    n = len(levelling.collect)
-    sliding = (levelling.sliding * contact)[2 * node // n, at]
-    factor = -lag * sliding * levelling.collect[node]
-    rows = csr_array((factor, (node, np.arange(len(node)))), (n, len(node)))
-    return splu((eye_array(n) + rows @ product).tocsc())
+
+    slope: csr_array
+    divided: csr_array
+    conducted: Array
+
+    def at(self, depth: Array, contact: Array) -> Array:
+        """Return what the shift adds to the rate, (2n,) [m per cycle].
+
+        Parameters
+        ----------
+        depth : (2n,) wear [m]
+        contact : (n,) force at each node over that which makes the patch [1]
+        """
+        slopes = (self.slope @ depth).reshape(2, -1).sum(axis=0)
+        flux = self._conducting(contact) * slopes
+        return np.asarray(self.divided @ flux.ravel())
+
+    def matrix(self, contact: Array) -> csr_array:
+        """Return it as a matrix, (2n, 2n) [1/cycle], for contacts as of `at`."""
+        one = eye_array(self.slope.shape[0] // 2, format="csr")
+        both = kron(np.ones((2, 2)), one)
+        conducting = diags_array(self._conducting(contact).ravel())
+        return csr_array(self.divided @ conducting @ both @ self.slope)
+
+    def _conducting(self, contact: Array) -> Array:
+        """Return r R' between nodes, (2, m) [m² per cycle]."""
+        between = 0.5 * (contact[1:] + contact[:-1])
+        return self.conducted * between
+
+
+LEAST_INTERVAL = 0.25
+"""Least length between two nodes, over the mean, that a flux passes: nodes on either
+side of a step of the force lie at one place [1]."""
+
+
+def shift(spread: csr_array, rate: Array, path: WearPath, slices: int = 1) -> Shift:
+    """Return how contacts move off slopes of wear.
+
+    Parameters
+    ----------
+    spread : S, (2n, 2n) [1]
+    rate : (2, n) r of contacts that bear what makes the patch [m per cycle]
+    path : the path of contact
+    slices : of a face, one after another, each with its own nodes
+    """
+    slopes = block_diag([_slopes(arc, slices) for arc in path.arc], format="csr")
+    taken = block_diag([_differences(arc, slices).T for arc in path.arc])
+    length = np.tile(path.arc_weight, (1, slices)).ravel()
+    conducted = rate * np.tile(path.equivalent_radius, slices)
+    felt = effective_wear_matrix(spread, path)
+    return Shift(
+        slope=csr_array(slopes @ felt),
+        divided=csr_array(-(spread @ diags_array(1.0 / length) @ taken)),
+        conducted=0.5 * (conducted[:, 1:] + conducted[:, :-1]),
+    )
+
+
+def _differences(arc: Array, slices: int) -> csr_array:
+    """Return what turns values at nodes into their steps, (n − 1, n) [1].
+
+    Slice after slice; between the last node of one and the first of the next nothing
+    flows.
+    """
+    nodes = len(arc)
+    before = -np.ones(slices * nodes - 1)
+    before[nodes - 1 :: nodes] = 0.0
+    shape = (slices * nodes - 1, slices * nodes)
+    return csr_array(diags_array([before, -before], offsets=[0, 1], shape=shape))
+
+
+def _slopes(arc: Array, slices: int) -> csr_array:
+    """Return what turns values at nodes into slopes between them, (n − 1, n) [1/m]."""
+    step = np.diff(ascending(arc))
+    step = np.maximum(step, LEAST_INTERVAL * step.mean())
+    per_step = np.tile(np.append(1.0 / step, 0.0), slices)[:-1]
+    return csr_array(diags_array(per_step) @ _differences(arc, slices))
+
+
+def looking_ahead(matrix: csr_array, lag: float) -> SuperLU:
+    """Return I − τD, factored, for D (2n, 2n) [1/cycle] and a lag τ [cycles]."""
+    return splu((eye_array(matrix.shape[0]) - lag * matrix).tocsc())
 
 
 @dataclass(frozen=True)
@@ -350,12 +424,14 @@ class Elastic(TwoWay):
     Parameters
     ----------
     levelling : D
+    shift : of contacts off slopes of wear, None: they are sought on whole outlines
     reference : (n,) force that makes the patches [N]
     largest : (n,) the load over it, at least 1 [1]
     ahead : factors of I − τD
     """
 
     levelling: Levelling
+    shift: Shift | None
     reference: Array
     largest: Array
     ahead: SuperLU
@@ -365,6 +441,8 @@ class Elastic(TwoWay):
         contact = np.clip(force / self.reference, 0.0, self.largest)
         spread = self.spreading @ pointwise.ravel()
         forced = spread + self.levelling.at(depth.ravel(), contact)
+        if self.shift is not None:
+            forced = forced + self.shift.at(depth.ravel(), contact)
         once = self.ahead.solve(forced)
         twice = self.ahead.solve(once)
         return np.maximum(0.0, 2.0 * once - twice).reshape(pointwise.shape)
@@ -378,7 +456,7 @@ def elastic(
     sliding: Array,
     static_rate: Array,
     path: WearPath,
-    first_order: int,
+    shifts: bool,
     lag: float = LAG,
 ) -> Elastic:
     """Return the patch with its pressure redistributed inside.
@@ -391,8 +469,8 @@ def elastic(
     sliding : (2, n) k ζ times passes, per contact [1/(Pa cycle)]
     static_rate : (2, n) pointwise static rate of unworn flanks [m per cycle]
     path : WearPath
-    first_order : 1 where gaps are those of the line of action, 2 where contacts are
-        sought on whole outlines
+    shifts : whether contacts move off slopes of wear, as where gaps are those of the
+        line of action
     lag : τ times the fastest spread static rate [m]
 
     References
@@ -400,15 +478,22 @@ def elastic(
     Johnson 1985, §2.7 and Appendix 1.
     """
     spread = spread_matrix(half_width, path)
-    level = levelling(half_width, sliding, path, first_order)
+    level = levelling(half_width, sliding, path)
     fastest = float((spread @ static_rate.ravel()).max(initial=0.0))
     tau = lag / fastest if fastest > 0.0 else 0.0
     largest = np.maximum(1.0, load / reference)
+    matrix = level.matrix(largest)
+    moved = None
+    if shifts:
+        slices = len(np.atleast_2d(half_width))
+        moved = shift(spread, sliding * reference / path.face_width, path, slices)
+        matrix = matrix + moved.matrix(largest)
     return Elastic(
         spread,
         effective_wear_matrix(spread, path),
         level,
+        moved,
         reference,
         largest,
-        looking_ahead(level, largest, tau),
+        looking_ahead(matrix, tau),
     )

@@ -36,5 +36,5 @@ class ElasticPatch(PatchModel):
             sliding,
             wear_rate(law, setting.static),
             path,
-            1 if setting.analysis.along_line_of_action else 2,
+            setting.analysis.along_line_of_action,
         )
