@@ -107,3 +107,26 @@ def test_without_thermal_or_rating_there_is_none():
     assert not [name for name in simulate(Scene.from_mapping(plain)) if "vdi" in name]
     unrated = {key: value for key, value in KST_E.items() if key != "rating"}
     assert not [name for name in simulate(Scene.from_mapping(unrated)) if "vdi" in name]
+
+
+def test_no_steady_temperature_is_told_of_a_run_that_works():
+    """One row alone is too warm for the guideline, all rows together are not."""
+    duty = [
+        {"torque": "6 N*m", "speed": "1000 rpm", "share": 0.1},
+        {"torque": "1 N*m", "speed": "1000 rpm", "share": 0.9},
+    ]
+    run = simulate(
+        warm_pair(
+            operation={"duty": duty},
+            rating={},
+            wear__until=None,
+            wear__snapshots=None,
+        )
+    )
+    told = run["validity"].item()
+    assert "rating: VDI 2736: no steady temperature: the " in told
+    assert "not computed" not in told
+    factor = run["vdi_loss_factor"].values.ravel()
+    assert factor == pytest.approx([factor[0], factor[0]]) and factor[0] > 0.0
+    warm = run["vdi_tooth_temperature"].isel(duty=0).values
+    assert math.isnan(warm.max())

@@ -4,7 +4,7 @@ One temperature for the whole life, mean wear, one pressure: the closed loss fac
 the guideline, whatever `[thermal]` finds of each wear state.
 """
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -14,10 +14,26 @@ from wearlab.gears import vdi
 from wearlab.gears.gear import GearPair
 from wearlab.life.thermal_coupling import ThermalCoupling, Warming
 from wearlab.simulation.dataset.rating import specific_load
-from wearlab.thermal.balance import ROOT
+from wearlab.thermal.balance import ROOT, NoSteadyTemperature
 from wearlab.wear.law import effective_coefficient
 
 ZERO_CELSIUS = 273.15
+
+
+class GuidelineHeat(NamedTuple):
+    """How warm a pair becomes by the guideline.
+
+    Parameters
+    ----------
+    loss_factor : H_V [1]
+    temperature : (2, 2) of (driving, driven) at (root, flank) [K], None where none is
+        steady
+    why_not : why none is steady, with its numbers, "" where one is
+    """
+
+    loss_factor: float
+    temperature: Array | None
+    why_not: str = ""
 
 
 def vdi_rating(model: GearModel) -> dict[str, Any]:
@@ -31,7 +47,8 @@ def vdi_rating(model: GearModel) -> dict[str, Any]:
     -------
     Variable → values of the mesh (1,), of the members (2,), or of their places (2, 2);
     mean wear where load cycles and wear coefficients are known, stress and safety of
-    the root where form factors are.
+    the root where form factors are; the loss factor alone where no temperature is
+    steady.
     """
     scene = model.scene
     rating = scene.rating
@@ -39,8 +56,9 @@ def vdi_rating(model: GearModel) -> dict[str, Any]:
     if rating is None or not isinstance(coupling, ThermalCoupling):
         return {}
     cold_pair = model.gears.kinds[0].pair
-    factor = vdi.loss_factor(cold_pair)
-    temperature = guideline_temperatures(coupling.warming, factor)
+    factor, temperature, _ = guideline_heat(cold_pair, coupling.warming)
+    if temperature is None:
+        return {"vdi_loss_factor": [factor]}
     pair = heat.at_moduli(cold_pair, coupling.warming.moduli_at(temperature))
     names = [gear.name for gear in pair.gears]
     order = [names.index(member) for member in model.gears.members]
@@ -71,24 +89,22 @@ def vdi_rating(model: GearModel) -> dict[str, Any]:
     return values
 
 
-def guideline_temperatures(warming: Warming, loss_factor: float) -> Array:
-    """Return the temperatures of the guideline, (2, 2) [K].
-
-    Of (driving, driven) at (root, flank).
+def guideline_heat(pair: GearPair, warming: Warming) -> GuidelineHeat:
+    """Return how warm a pair becomes by the guideline.
 
     Parameters
     ----------
-    warming : what warms the pair
-    loss_factor : H_V [1]
-
-    Raises
-    ------
-    NoSteadyTemperature : beyond what is known
+    pair : the gears, as cold as their surroundings
+    warming : what warms them
     """
-    nominal = loss_factor * warming.sliding.power
+    factor = vdi.loss_factor(pair)
+    nominal = factor * warming.sliding.power
     balance = warming.balance
-    power = balance.steady_power(lambda warm: warming.friction_at(warm) * nominal)
-    return balance.temperatures(power)
+    try:
+        power = balance.steady_power(lambda warm: warming.friction_at(warm) * nominal)
+    except NoSteadyTemperature as error:
+        return GuidelineHeat(factor, None, str(error))
+    return GuidelineHeat(factor, balance.temperatures(power))
 
 
 def load_cycles(model: GearModel) -> float | None:
@@ -180,15 +196,24 @@ def vdi_flags(model: GearModel) -> list[str]:
         "temperature for all the life; wear is allowed up to 0.1 modules, λ up to 0.07 "
         "modules, S_F from 2.0 on"
     ]
-    factor = vdi.loss_factor(model.gears.kinds[0].pair)
-    warmest = float(guideline_temperatures(coupling.warming, factor).max())
-    if warmest - ZERO_CELSIUS > vdi.HIGHEST_STRENGTH and rating.root_form_factors:
-        flags.append(
-            f"rating: {warmest - ZERO_CELSIUS:.4g} °C by VDI 2736, and strengths of "
-            f"plastics are known up to {vdi.HIGHEST_STRENGTH:g} °C: no safety beyond"
-        )
+    heated = guideline_heat(model.gears.kinds[0].pair, coupling.warming)
+    if heated.temperature is None:
+        flags.append(f"rating: VDI 2736: {heated.why_not}")
+    elif rating.root_form_factors:
+        flags += _strength_flags(heated.temperature)
     if model.scene.operation.several:
         flags.append(
             "rating: VDI 2736 of each condition as if it acted in all load cycles"
         )
     return flags
+
+
+def _strength_flags(temperature: Array) -> list[str]:
+    """Return that teeth, (2, 2) [K], are warmer than strengths are known of."""
+    warmest = float(temperature.max()) - ZERO_CELSIUS
+    if warmest <= vdi.HIGHEST_STRENGTH:
+        return []
+    return [
+        f"rating: {warmest:.4g} °C by VDI 2736, and strengths of plastics are known up "
+        f"to {vdi.HIGHEST_STRENGTH:g} °C: no safety beyond"
+    ]
