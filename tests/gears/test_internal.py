@@ -17,7 +17,7 @@ from wearlab.gears.outline import (
     root_curve,
     root_half_angle,
 )
-from wearlab.gears.pairs import gear_pair, tip_clearance
+from wearlab.gears.pairs import gear_pair, least_ring_tip, tip_clearance
 from wearlab.gears.specification import Basics, GearError, GearSpec, Relief
 
 
@@ -467,3 +467,13 @@ def test_rounding_just_too_large_for_a_given_ring_tip_is_reduced():
             {"fillet_radius_coefficient": 0.38},
             {"tip_alteration": None, "tip_diameter": 0.5885},
         )
+
+
+def test_the_least_tip_at_no_working_pressure_angle():
+    """By rounding the centre distance may lie below what the base radii are apart."""
+    pinion, ring = PAIR.gears
+    apart = pinion.base_radius * (ring.teeth / pinion.teeth - 1.0)
+    just_below = apart * (1.0 - 1e-15)
+    least = least_ring_tip(pinion, ring.teeth, just_below)
+    expected = 2.0 * math.hypot(ring.base_radius, pinion.form_curvature)
+    assert least == pytest.approx(expected, rel=1e-12)

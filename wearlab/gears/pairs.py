@@ -380,7 +380,7 @@ def least_ring_tip(pinion: Gear, ring_teeth: int, centre_distance: float) -> flo
     centre_distance : a [m]
     """
     base_radius = pinion.base_radius * ring_teeth / pinion.teeth
-    lead = math.sqrt(centre_distance**2 - (base_radius - pinion.base_radius) ** 2)
+    lead = _lead(base_radius - pinion.base_radius, centre_distance)
     return 2.0 * math.hypot(base_radius, pinion.form_curvature + lead)
 
 
@@ -404,7 +404,7 @@ def make_room(
     -------
     (pinion, ring), the changed one with a flag of what was changed
     """
-    lead = math.sqrt(centre_distance**2 - (ring.base_radius - pinion.base_radius) ** 2)
+    lead = _lead(ring.base_radius - pinion.base_radius, centre_distance)
     start = ring.tip_curvature - lead
     end = math.sqrt(pinion.form_radius**2 - pinion.base_radius**2)
     if not 0.0 < start < end:
@@ -420,6 +420,11 @@ def make_room(
     if pinion.is_undercut:
         return pinion, ring
     return _less_rounded(pinion, ring, start), ring
+
+
+def _lead(apart: float, centre_distance: float) -> float:
+    """Return a sinα_w of base radii that lie so far apart, ≥ 0 against rounding [m]."""
+    return math.sqrt(max(0.0, centre_distance**2 - apart**2))
 
 
 def _with_tip(ring: Gear, radius: float) -> Gear:
