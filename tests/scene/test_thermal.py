@@ -1,5 +1,7 @@
 """What [thermal] refuses, each with its remedy; and what leaves identities alone."""
 
+import pickle
+
 import numpy as np
 import pytest
 from warm_pair import TABLE, warm_pair, warm_table
@@ -10,6 +12,7 @@ from wearlab.simulation.label import Refused
 
 POM = {"teeth": 40, "material": "POM"}
 HELD = {"teeth": 40, "material": {"name": "POM", "youngs_modulus": "2.8 GPa"}}
+NOT_WARM = {"thermal": None, "wear": None, "mesh": {}}
 CONSTANT = {"model": "constant", "value": "1e8 N/m"}
 
 
@@ -32,6 +35,20 @@ def test_a_named_plastic_is_known_at_one_temperature():
     assert warm_pair(gears__gear=with_table).gears.gear.material.softens
     assert warm_pair(gears__gear=HELD).thermal is not None
     assert Scene.from_mapping(warm_table(gears__gear=POM, thermal=None, wear=None))
+
+
+@pytest.mark.parametrize("material", [{"name": "POM"}, HELD["material"]])
+@pytest.mark.parametrize("marked", [False, True])
+def test_no_file_says_whose_modulus_it_is(material, marked):
+    """The mark of a catalogue's modulus passed the refusal where a file took it off."""
+    unnamed = {key: value for key, value in material.items() if key != "name"}
+    constants = {"poisson_ratio": 0.35, "density": "1410 kg/m^3"}
+    for of_file in (material, {"youngs_modulus": "3 GPa", **unnamed, **constants}):
+        marking = {**of_file, "modulus_of_catalogue": marked}
+        message = refusal(gears__gear={"teeth": 40, "material": marking})
+        assert message.startswith(
+            "scene.gears.gear.material.modulus_of_catalogue: unknown key"
+        )
 
 
 def test_one_value_is_held_and_flagged():
@@ -181,3 +198,14 @@ def test_a_stored_scene_is_read_again():
     scene = warm_pair(thermal__housing={"model": "closed", "area": "1 m^2"})
     again = Scene.from_canonical(scene.canonical())
     assert again == scene and again.id == scene.id
+
+
+@pytest.mark.parametrize("gear", [POM, HELD])
+def test_a_stored_plastic_is_read_again(gear):
+    """Names are not stored: the written-out modulus is one that is stated."""
+    scene = warm_pair(gears__gear=gear, **NOT_WARM)
+    again = Scene.from_canonical(scene.canonical())
+    assert again.id == scene.id and again.canonical() == scene.canonical()
+    copied = pickle.loads(pickle.dumps(scene)).gears.gear.material
+    assert copied == scene.gears.gear.material
+    assert copied.modulus_of_catalogue is (gear is POM)

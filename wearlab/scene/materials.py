@@ -4,8 +4,14 @@ import re
 from typing import Annotated, Any, Literal
 
 from annotated_types import Lt
-from pydantic import BeforeValidator, Discriminator, Tag
-from pydantic.json_schema import SkipJsonSchema
+from pydantic import (
+    BeforeValidator,
+    Discriminator,
+    PrivateAttr,
+    Tag,
+    ValidatorFunctionWrapHandler,
+    WrapValidator,
+)
 
 from wearlab import nearest, options
 from wearlab.materials import grades, oil, over_temperature
@@ -68,8 +74,12 @@ class MaterialOptions(options.Part):
     name: str | None = options.option(None, identity=False)
     """a material of the catalogue, such as '18CrNiMo7-6' or 'POM'. Source:
     wearlab.materials.grades"""
-    modulus_of_catalogue: SkipJsonSchema[bool] = options.option(False, identity=False)
-    """whether Young's modulus is the catalogue's, not one that the file states"""
+    _modulus_of_catalogue: bool = PrivateAttr(default=False)
+
+    @property
+    def modulus_of_catalogue(self) -> bool:
+        """Whether Young's modulus is the catalogue's, not one that the file states."""
+        return self._modulus_of_catalogue
 
     @property
     def modulus(self) -> over_temperature.TemperatureCurve:
@@ -115,7 +125,16 @@ class MaterialOptions(options.Part):
         return tuple(lines)
 
 
-def _material(value: object) -> object:
+def _material(value: object, read: ValidatorFunctionWrapHandler) -> MaterialOptions:
+    """Read a material, and mark it where its modulus is the catalogue's."""
+    material: MaterialOptions = read(_with_constants(value))
+    stated = value if isinstance(value, dict) else {}
+    if isinstance(value, str) or ("name" in stated and "youngs_modulus" not in stated):
+        material._modulus_of_catalogue = True
+    return material
+
+
+def _with_constants(value: object) -> object:
     """Read a name of the catalogue, alone or beside options that differ from it."""
     name = (
         value
@@ -143,14 +162,12 @@ def _material(value: object) -> object:
         if isinstance(value, dict)
         else {}
     )
-    of_catalogue = "youngs_modulus" not in beside
-    marks = {"name": material, "modulus_of_catalogue": of_catalogue}
-    return {**constants, **marks, **beside}
+    return {**constants, "name": material, **beside}
 
 
 NamedMaterial = Annotated[
     MaterialOptions,
-    BeforeValidator(
+    WrapValidator(
         _material,
         json_schema_input_type=Literal[tuple(grades.MATERIALS)] | MaterialOptions,
     ),
