@@ -3,12 +3,14 @@
 import numpy as np
 import pytest
 from scenes import external_pair, internal_pair
+from warm_pair import warm_pair
 
 from wearlab.assembly import build
 from wearlab.scene import Scene
-from wearlab.simulation import simulate
+from wearlab.simulation import companion_runs, simulate
 from wearlab.simulation.face_period_estimates import line_loads, static_loads
 from wearlab.simulation.initial_wear import initial_wear
+from wearlab.simulation.period_estimates import period_errors
 
 FINER = {"numerics": {"profile_points": 800}}
 WEAR = {
@@ -108,3 +110,19 @@ def test_worn_faces_are_felt_by_their_patch_in_estimates_too():
     assert kind.patch is not None
     pointwise = kind.contact.solve(wear[0])
     assert np.abs(pointwise.load - stored.load).max() > 1e-3 * stored.load.max()
+
+
+def test_warm_flanks_are_not_compared_with_cold_ones():
+    """Without a twin, nodes of the surroundings' temperature were taken for rougher."""
+    parts = build(warm_pair(wear=None))
+    rough = companion_runs.rough_parts(parts)
+    state = parts.coupling.evaluate(parts.coupling.unworn())
+    twin = rough.coupling.evaluate(rough.coupling.unworn())
+    assert state.heat.temperature.max() > parts.scene.thermal.ambient + 10.0
+
+    without = period_errors(parts, state, rough)
+    beside = period_errors(parts, state, rough, worse=twin)
+    assert without.stiffness == pytest.approx(beside.stiffness, rel=0.1)
+    assert without.transmission_error == pytest.approx(
+        beside.transmission_error, rel=0.1
+    )

@@ -63,12 +63,23 @@ class GearModel:
         ----------
         reference : a state in this condition
         """
-        coupling = self.coupling
         heat = reference.heat
         if heat is None or not heat.is_shared:
+            return self.coupling
+        return self.coupling_held_as(reference)
+
+    def coupling_held_as(self, reference: WearState) -> Coupling:
+        """Return the coupling, held as warm as a state is.
+
+        Parameters
+        ----------
+        reference : a state in this condition
+        """
+        coupling = self.coupling
+        if reference.heat is None:
             return coupling
         assert isinstance(coupling, ThermalCoupling)
-        return coupling.held_at(heat.temperature)
+        return coupling.held_at(reference.heat.temperature)
 
     @property
     def vibration(self) -> Vibration | None:

@@ -138,7 +138,8 @@ def _of_kinds(
     flanks = [kind.flanks for kind in state.kind]
     if carried_from is not None:
         wear = companion_runs.carried_wear(carried_from, state.wear, model)
-        flanks = model.coupling.flanks(tuple(np.maximum(0.0, depth) for depth in wear))
+        as_warm = model.coupling_held_as(state)
+        flanks = as_warm.flanks(tuple(np.maximum(0.0, depth) for depth in wear))
     return [
         period_numbers(contact_over_period(worn.analysis, worn.nodes), model.harmonics)
         for worn in flanks
