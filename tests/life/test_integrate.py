@@ -129,12 +129,13 @@ def test_gears_that_cannot_run_end_the_life_where_they_stop(toys):
 
     def until_thin(h):
         if h.max() > 3e-5:
-            raise StopWear("section vanished")
+            raise StopWear("section vanished", "the tooth is 0 mm thick")
         return rate(h)
 
     for method in METHODS:
         life = integrate(until_thin, [0.0], limits=Limits(cycles=1e12), method=method)
         assert life.end_reason == "section vanished"
+        assert life.end_detail == "the tooth is 0 mm thick"
         assert 3e-5 * (1 - 3e-3) < life.depth[-1].max() <= 3e-5
         assert life.cycle[-1] == pytest.approx(
             rate.life(life.depth[-1, 0]), rel=2e-2, abs=0.0

@@ -171,7 +171,8 @@ def test_a_life_ends_by_temperature():
     assert np.all(np.diff(flank) > 0.0)
     assert 41.99 < flank[-1] <= 42.0
     assert 5e6 < run["cycle"].values[-1] < 2e7
-    assert "would pass 42 °C, the service temperature" in run["validity"].item()
+    told = "the life ends by temperature: no steady temperature: the flank of gear "
+    assert f"{told}would pass 42 °C, the service temp" in run["validity"].item()
 
 
 def test_a_stage_that_is_too_warm_ends_a_life():
@@ -184,6 +185,8 @@ def test_a_stage_that_is_too_warm_ends_a_life():
     )
     assert run["end_reason"].item() == "temperature"
     assert run["cycle"].values[-1] == pytest.approx(1e5)
+    told = "the life ends by temperature: no steady temperature: the flank of gear "
+    assert f"{told}would pass 120 °C, where the table" in run["validity"].item()
 
 
 def test_identities_are_those_without_thermal():

@@ -81,6 +81,7 @@ class Life(NamedTuple):
         errors ask
     count_rate_evaluations, count_rejected : work done
     steps : the accepted steps, whole where the limit is met inside the last
+    end_detail : why the gears stopped in a sentence with its numbers, "" without
     """
 
     cycle: Array
@@ -99,6 +100,7 @@ class Life(NamedTuple):
     count_rate_evaluations: int
     count_rejected: int
     steps: tuple[Step, ...] = ()
+    end_detail: str = ""
 
     @property
     def error_estimate_life(self) -> float:
@@ -293,6 +295,7 @@ class _Integration:
         self.curves: list[Step] = []
         self.jumps: list[Jump] = []
         self.reason = ""
+        self.detail = ""
         self.finishing = False
         self.stepper: Stepper | None = None
 
@@ -411,6 +414,7 @@ class _Integration:
                 or size * self.node.fastest <= self.tolerance * deep
             ):
                 self.reason = stop.reason
+                self.detail = stop.detail
             stepper.shorten(0.5 * size)
             return
         except OutOfEvaluations:
@@ -473,6 +477,7 @@ class _Integration:
             count_rate_evaluations=self.rate.count,
             count_rejected=stepper.rejected,
             steps=tuple(self.curves),
+            end_detail=self.detail,
         )
 
 

@@ -98,6 +98,7 @@ def integrate_life(
     cycles = 0.0
     seconds = 0.0
     reason = ""
+    detail = ""
     for stage in stages:
         until, goes_on = _stage_limits(scene, stage, cycles, seconds)
         try:
@@ -106,6 +107,7 @@ def integrate_life(
             if not histories:
                 raise
             reason = stop.reason
+            detail = stop.detail
             break
         histories.append(of_stage)
         life = of_stage.life
@@ -116,9 +118,10 @@ def integrate_life(
         cycles = cycles + passed
         seconds = seconds + seconds_of(stage, passed)
         reason = life.end_reason
+        detail = life.end_detail
         if not goes_on or reason != limits.ALL_CYCLES:
             break
-    return joined(histories, stages, reason)
+    return joined(histories, stages, reason, detail)
 
 
 def _stage_limits(

@@ -32,7 +32,10 @@ def seconds_of(stage: OperatingCondition, cycles: Any) -> Any:
 
 
 def joined(
-    histories: list[history.History], stages: Sequence[OperatingCondition], reason: str
+    histories: list[history.History],
+    stages: Sequence[OperatingCondition],
+    reason: str,
+    detail: str = "",
 ) -> history.History:
     """Return histories one after another.
 
@@ -42,7 +45,7 @@ def joined(
     ----------
     histories : of the stages that were reached
     stages : all stages
-    reason : why the life ends
+    reason, detail : why the life ends, in a word and in a sentence
     """
     whole = histories[0]._replace(stages=tuple(histories))
     lives = [of_stage.life for of_stage in histories if of_stage.life is not None]
@@ -66,7 +69,7 @@ def joined(
     return whole._replace(
         cycle=np.concatenate(cycles),
         state=tuple(chain(*states)),
-        life=_joined_life(later, reason),
+        life=_joined_life(later)._replace(end_reason=reason, end_detail=detail),
         sampled=None,
         seconds=np.concatenate(seconds),
     )
@@ -92,14 +95,13 @@ def _later_step(step: Step, cycle: float) -> Step:
     return step._replace(start=start, end=end)
 
 
-def _joined_life(lives: Sequence[integrate.Life], reason: str) -> integrate.Life:
+def _joined_life(lives: Sequence[integrate.Life]) -> integrate.Life:
     """Return the lives of stages, which begin where the one before ends, as one."""
 
     def of_all(name: str) -> list[Any]:
         return [getattr(life, name) for life in lives]
 
     fields: dict[str, Any] = {
-        "end_reason": reason,
         "jumps": tuple(chain(*of_all("jumps"))),
         "steps": tuple(chain(*of_all("steps"))),
     }

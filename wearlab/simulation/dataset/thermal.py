@@ -7,10 +7,9 @@ import numpy as np
 
 from wearlab import assembly
 from wearlab.arrays import Array
-from wearlab.life import history, limits
+from wearlab.life import history
 from wearlab.life.coupled import WearState
 from wearlab.life.thermal_coupling import ThermalCoupling
-from wearlab.materials.over_temperature import celsius
 from wearlab.simulation import label
 from wearlab.simulation.dataset.coordinates import States
 from wearlab.thermal.balance import PLACES, ROOT, HeatState
@@ -178,9 +177,6 @@ def thermal_flags(
             "warms the teeth and wears no flank, though it slides most"
         )
     yield from _deep(model, states)
-    life = life_history.life
-    if life is not None and life.end_reason == limits.TOO_WARM:
-        yield from _end_by_warmth(model, _heats(states)[-1])
 
 
 def _deep(model: assembly.GearModel, states: States) -> Iterator[str]:
@@ -223,22 +219,6 @@ def _assumed(model: assembly.GearModel) -> Iterator[str]:
             )
     if thermal.housing.model == "partly-open":
         yield "thermal.housing: R_λG of 0.03 K m²/W, between 0.015 and 0.045, assumed"
-
-
-def _end_by_warmth(model: assembly.GearModel, heat: HeatState) -> Iterator[str]:
-    """Yield which temperature ended the life."""
-    coupling = model.coupling
-    assert isinstance(coupling, ThermalCoupling)
-    limit = coupling.warming.balance.nearest_limit
-    if limit is None:
-        yield "the life ends where no temperature is steady any more"
-        return
-    reached = float(heat.temperature[limit.number, limit.place])
-    yield (
-        f"the life ends by temperature: the {PLACES[limit.place]} of {limit.gear} has "
-        f"{celsius(reached)} and would pass {celsius(limit.temperature)}, "
-        f"{limit.reason}"
-    )
 
 
 def pressure_velocity(pressure: Array, sliding: Array) -> Array:

@@ -42,6 +42,9 @@ def run_validity(
         for block, model in enumerate(stage.parts):
             flags += model.validity
             flags += scene_validity(model, of_stage.in_block(block))
+    life = life_history.life
+    if life is not None and life.end_detail:
+        flags.append(f"the life ends by {life.end_reason}: {life.end_detail}")
     flags += initial_wear.left_behind(scene, stages[0].first)
     cut_off = sum(search.cut_off for search in searches)
     if cut_off:
