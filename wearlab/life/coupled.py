@@ -368,8 +368,8 @@ class MeshKind(NamedTuple):
         depth : (2, n) of (driving, driven) [m]
         """
         felt = depth if self.patch is None else self.patch.effective_wear(depth)
-        unworn = self.analysis.mean_least_gap(np.zeros_like(depth))
-        return self.analysis.mean_least_gap(felt) - unworn
+        analysis = self.analysis
+        return analysis.mean_least_gap(felt) - analysis.unworn_least_gap
 
 
 @dataclass(frozen=True)

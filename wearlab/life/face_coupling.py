@@ -73,8 +73,8 @@ class FaceKind(NamedTuple):
         depth : (2, n_face, n) of (driving, driven) [m]
         """
         felt = effective_wear(self.patch, depth)
-        unworn = self.contact.mean_least_gap(np.zeros_like(depth))
-        return self.contact.mean_least_gap(felt) - unworn
+        contact = self.contact
+        return contact.mean_least_gap(felt) - contact.unworn_least_gap
 
 
 @dataclass(frozen=True)

@@ -16,6 +16,7 @@ import numpy as np
 from wearlab.arrays import Array, Flags, Index
 from wearlab.compiled import jit, jit_inner
 from wearlab.mesh.exact.gaps import Gaps, MeetingGaps
+from wearlab.mesh.exact.kinematics import FlankContact
 from wearlab.mesh.profile import Lookup, ProfileGrid, at_phase_nodes, interpolate
 from wearlab.mesh.stiffness import PairStiffness
 
@@ -404,24 +405,16 @@ class ContactAnalysis:
             start from
         """
         extended_wear = self.grid.beyond(wear)
-        position = self.grid.contact_position
-        felt_wear = wear if self.felt is None else self.felt * wear
         touching = None
-        if isinstance(self.gaps, MeetingGaps):
-            # teeth bend where they really meet
-            met = self.gaps.contact(wear, position)
-            gap = met.gap
-            if self.gaps.wears_there:
+        gap, met = self._gap(wear)
+        if met is None:
+            body = self.stiffness.body(extended_wear)
+        else:  # teeth bend where they really meet
+            if isinstance(self.gaps, MeetingGaps) and self.gaps.wears_there:
                 touching = np.stack([met.driving, met.driven])
             body = self.stiffness.body_where(
-                extended_wear, position, met.driving, met.driven
+                extended_wear, self.grid.contact_position, met.driving, met.driven
             )
-        elif self.gaps is None:
-            gap = self.grid.beyond(felt_wear[0] + felt_wear[1] + self.modification)
-            body = self.stiffness.body(extended_wear)
-        else:
-            gap = self.gaps.at(felt_wear)
-            body = self.stiffness.body(extended_wear)
         cross = self.stiffness.cross(extended_wear)
 
         if not self.stiffness.load_dependent:
@@ -434,6 +427,22 @@ class ContactAnalysis:
         contact = self._contact_in_equilibrium(body, gap, cross, force)
         return Nodes(body + contact, gap, cross, touching)
 
+    def _gap(self, wear: Array) -> tuple[Array, FlankContact | None]:
+        """Return the gap at the touching nodes [m], and where whole outlines meet."""
+        if isinstance(self.gaps, MeetingGaps):
+            met = self.gaps.contact(wear, self.grid.contact_position)
+            return met.gap, met
+        felt_wear = wear if self.felt is None else self.felt * wear
+        if self.gaps is not None:
+            return self.gaps.at(felt_wear), None
+        removed = felt_wear[0] + felt_wear[1] + self.modification
+        return self.grid.beyond(removed), None
+
+    @cached_property
+    def unworn_least_gap(self) -> float:
+        """Least gap of unworn flanks, in the mean over a mesh period [m]."""
+        return self.mean_least_gap(np.zeros((2, len(self.grid.position))))
+
     def mean_least_gap(self, wear: Array) -> float:
         """Return the least gap of all pairs, in the mean over a mesh period [m].
 
@@ -443,11 +452,7 @@ class ContactAnalysis:
         ----------
         wear : (2, n) depths, (driving, driven) [m]
         """
-        felt_wear = wear if self.felt is None else self.felt * wear
-        if self.gaps is None:
-            gap = self.grid.beyond(felt_wear[0] + felt_wear[1] + self.modification)
-        else:
-            gap = self.gaps.at(felt_wear)
+        gap, _ = self._gap(wear)
         of_pairs = interpolate(self.grid, self.at_nodes, gap, np.inf)
         _, weight = self.grid.phase_nodes
         return float(weight @ of_pairs.min(axis=1))

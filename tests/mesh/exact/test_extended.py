@@ -2,14 +2,17 @@
 the sharing of the load.
 """
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from exact_extension import Deflections, extension
 
+from wearlab.life.coupled import MeshKind
 from wearlab.mesh.contact import ContactAnalysis
 from wearlab.mesh.exact.gaps import DisplacementBeyond, MeetingGaps, WornFlanks
 from wearlab.mesh.exact.minimum_gap import minimum_gap
-from wearlab.mesh.profile import Extension, lookup, profile_grid
+from wearlab.mesh.profile import Extension, interpolate, lookup, profile_grid
 from wearlab.mesh.stiffness import GivenStiffness, constant
 
 STIFFNESS, LOAD = 2.4e8, 2000.0
@@ -117,3 +120,35 @@ def test_the_extension_is_where_the_gap_reaches_the_deflection(flanks):
     later = extension(flanks, even, Deflections(5e-6, 20e-6))
     assert 0.0 < later.approach < reach.approach and 0.0 < later.recess < reach.recess
     assert extension(flanks, even, Deflections(3e-6, 3e-6)) == Extension(0.0, 0.0)
+
+
+@pytest.mark.parametrize("gaps", [MeetingGaps, DisplacementBeyond])
+def test_the_least_gap_is_that_of_the_nodes(make, gaps):
+    """Whole outlines meet where they are worn: no depth is projected twice."""
+    pair = make.pairs["external"]
+    plain = analysis(pair, reach_of(pair), gaps)
+    found = replace(plain, felt=np.full((2, len(plain.grid.position)), 0.5))
+    depth = 3e-6 + worn(found)
+    gap = found.nodes(depth).gap
+    of_pairs = interpolate(found.grid, found.at_nodes, gap, np.inf)
+    _, weight = found.grid.phase_nodes
+    expected = weight @ of_pairs.min(axis=1)
+    assert found.mean_least_gap(depth) == pytest.approx(expected, rel=1e-14)
+
+
+def test_unworn_flanks_are_looked_at_once(make, monkeypatch):
+    """They were in every wear state, as worn ones must be."""
+    pair = make.pairs["external"]
+    found = analysis(pair, reach_of(pair))
+    kind = MeshKind(found, None, None, np.zeros(0, int), ())
+    depths = []
+    least_gap = ContactAnalysis.mean_least_gap
+
+    def counted(self, wear):
+        depths.append(float(wear.max()))
+        return least_gap(self, wear)
+
+    monkeypatch.setattr(ContactAnalysis, "mean_least_gap", counted)
+    first, second = kind.clearance(worn(found)), kind.clearance(2.0 * worn(found))
+    assert 0.0 < first < second
+    assert depths.count(0.0) == 1 and len(depths) == 3

@@ -420,6 +420,11 @@ class FaceContact:
         of_lines = gap[np.arange(gap.shape[0]), node]
         return np.where(node >= 0, of_lines, np.inf).min(axis=(1, 2))
 
+    @cached_property
+    def unworn_least_gap(self) -> float:
+        """Least gap of unworn flanks, in the mean over a mesh period [m]."""
+        return self.mean_least_gap(np.zeros((2, *self.grid.shape)))
+
     def mean_least_gap(self, wear: Array) -> float:
         """Return the least gap over the face, in the mean over a mesh period [m].
 
