@@ -12,6 +12,8 @@ import pytest
 import wearlab as wl
 from wearlab.cli.app import status_of
 from wearlab.tables import TableError, read_table, table_of
+from wearlab.tables.ods import TAG
+from wearlab.tables.workbook import PART_OF_ODS
 
 openpyxl = pytest.importorskip("openpyxl")
 pytest.importorskip("python_calamine")
@@ -330,6 +332,14 @@ def test_a_formula_without_value_in_an_open_document_is_told():
     )
     with pytest.raises(TableError, match="formulas that nobody computed"):
         table_of("x.ods", ods(ROWS, formula))
+
+
+def test_tags_that_never_end_are_read_past_once():
+    """Each was searched to the end of the file: a minute for a few hundred kB."""
+    content = b"<table:table-cell " * 20_000
+    for pattern in (TAG, PART_OF_ODS):
+        looked = [found.span() for found in pattern.finditer(content + b">")]
+        assert len(looked) == 1 and looked[0][1] - looked[0][0] < 30
 
 
 def test_a_sheet_or_an_archive_beyond_bounds_is_refused(monkeypatch):

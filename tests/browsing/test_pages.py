@@ -284,9 +284,9 @@ def test_no_page_of_a_window_tells_the_folders_of_this_machine(
     assert any("is not what was written" in page for page in pages)
 
     monkeypatch.chdir(tmp_path)  # a store below the working directory: from there on
-    assert f"wearlab show {first} --store lab/store" in opened(store).page(
-        "run", id=first
-    )
+    page = opened(store).page("run", id=first)
+    assert "# in the folder that holds lab:\nwearlab show" in page
+    assert f"wearlab show {first} --store lab/store" in page
 
 
 def test_what_failed_says_why(tmp_path, opened):
@@ -401,6 +401,7 @@ def test_a_copy_names_files_without_the_folders_of_this_machine(small, tmp_path)
     assert ">study.toml<" in pages["index.html"]
     name = small.store.path.name
     assert f"wearlab show {run} --store {name}" in pages[f"run-{run}.html"]
+    assert f"# in the folder that holds {name}:\n" in pages[f"run-{run}.html"]
     for page in pages.values():
         assert "somebody" not in page
         assert str(small.store.path.absolute().parent) not in page

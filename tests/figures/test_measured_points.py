@@ -6,6 +6,7 @@ import pytest
 
 import wearlab as wl
 from wearlab.campaign.campaign import with_figures
+from wearlab.cli.app import status_of
 from wearlab.figures import FigureError, plotting, question, single
 from wearlab.figures.kind import read
 
@@ -237,3 +238,14 @@ def test_flanks_of_planets_take_a_machine_s_curve(file):
         expected = (DEVIATION.max() - DEVIATION)[inside]
         assert inside.sum() > 20
         np.testing.assert_allclose(np.sort(curve.y), np.sort(expected), atol=0.02)
+
+
+def test_a_file_of_twists_alone_is_listed_without_a_figure(tmp_path, capsys):
+    head, rest = gear.mka().split("\nProfil:")
+    twist = rest[rest.index("\nVersch") :].split("\nFlankenlinie:\n")[0]
+    path = tmp_path / "twist.mka"
+    path.write_text(head + "\nProfil:" + twist, encoding="utf-8-sig")
+    figure = tmp_path / "a.png"
+    assert status_of(["profile", str(path), "--out", str(figure)]) == 0
+    assert "there is no profile or lead of a tooth" in capsys.readouterr().out
+    assert not figure.exists()

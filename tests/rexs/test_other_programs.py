@@ -134,6 +134,13 @@ def test_what_is_a_thousand_or_a_decimal_is_asked(tmp_path):
         read(tmp_path / "written.rexs", text)
 
 
+def test_what_is_a_thousand_or_a_decimal_is_asked_of_json_too(tmp_path):
+    text = files.as_json().replace("1450.0", '"1,450"')
+    assert '"1,450"' in text
+    with pytest.raises(RexsError, match=r"'1,450' is 1\.450 or 1450: write it with a"):
+        read(tmp_path / "written.rexsj", text)
+
+
 def changed(value: Any, change: Any) -> Any:
     """Return a JSON document whose objects are changed, innermost first."""
     if isinstance(value, list):

@@ -18,7 +18,7 @@ from wearlab.figures import FigureError
 from wearlab.figures.drawing import draw
 from wearlab.report.page import report
 from wearlab.store.updates import kept_updates, verify_updates
-from wearlab.updating import UpdateError, update
+from wearlab.updating import UpdateError, population, update
 from wearlab.updating.calendar import day_text
 from wearlab.updating.cases import studies
 from wearlab.updating.report_text import alerts, answers, fleet_tables, text_of
@@ -117,6 +117,28 @@ def test_a_value_that_contradicts_the_others_is_told_and_left_out_beside(
     without = tree["predictions_without"]["life_quantile"].sel(unit="A").values
     assert np.ptp(np.log(without[[0, 4]])) < np.ptp(np.log(spoilt[[0, 4]]))
     assert without[2] == pytest.approx(clean[2], rel=0.15)
+
+
+def test_an_extra_table_that_is_refused_does_not_refuse_the_update(
+    tmp_path, monkeypatch
+):
+    """Without a flagged row, or with other errors, units may contradict each other."""
+    fit = population.fit_population
+    calls = []
+
+    def first_alone(*arguments):
+        calls.append(arguments)
+        if len(calls) > 1:
+            raise UpdateError("update.population: the units contradict each other")
+        return fit(*arguments)
+
+    monkeypatch.setattr(population, "fit_population", first_alone)
+    rows = ROWS.replace("B,2026-01-01,840,500", "B,2026-01-01,840,1500")
+    tree = update(fleet(tmp_path, rows), wl.Store(tmp_path / "store"), progress=False)
+    assert len(calls) == 3
+    assert not {"predictions_without", "predictions_robust"} & {*tree.children}
+    text = "\n".join(text_of(tree))
+    assert "! B at 840 h: much more wear than" in text and "leaving out" not in text
 
 
 def test_a_clean_fleet_is_rarely_flagged(kept):

@@ -9,17 +9,19 @@ from pathlib import Path
 import numpy as np
 import pytest
 from conftest import STATIC
-from made import RATE, ErrorModel, history, observed, study
+from made import RATE, ErrorModel, blocks, history, observed, study
 
 import wearlab as wl
 from wearlab.campaign import CampaignError
 from wearlab.campaign.update_options import RecordBlock, RecordColumns
 from wearlab.updating import UpdateError, update
+from wearlab.updating.answers import answer_of
 from wearlab.updating.calendar import day_text
 from wearlab.updating.cases import studies
 from wearlab.updating.measurements import OperatingRecord, read_record
 from wearlab.updating.record_clocks import clocked_run
 from wearlab.updating.report_text import text_of
+from wearlab.updating.run_curves import Clock
 
 RPM = 1200.0
 ROWS = (
@@ -346,3 +348,39 @@ def test_what_back_flanks_would_change_is_refused_and_what_not_is_told(tmp_path)
     said = ["\n".join(text_of(tree)) for tree in trees]
     assert "rows of negative torque in update.record wear back flanks, 1" in said[0]
     assert "negative torque" not in said[1]
+
+
+def test_a_record_that_begins_with_a_standstill_is_no_life_that_has_ended():
+    """Its clock has two knots at the first cycle, between which 0 was divided by 0."""
+    cycles = np.linspace(1e5, 8e5, 8)
+    seen = (observed(cycles, RATE * cycles, ErrorModel(3e-4)),)
+    knots = np.array([0.0, 0.0, 1e6, 2e6])
+    run = replace(history(seen, end=4e6), clock=Clock(knots, knots))
+    asked = study({"lognormal": {"median": 1.0, "cov": 1.0}}, seen)
+    alone = answer_of(asked, [run], blocks(seen))
+    several = answer_of(asked, [run] * 6, blocks(seen))
+    at = np.array([0.0, 1e5, 1.4e6, 1.6e6])
+    np.testing.assert_allclose(several.life_below(at), alone.life_below(at), atol=1e-9)
+    assert several.life_below(0.0)[0] < 1e-6
+
+
+UNITS_WITH_RANGES = """box,hours,torque from,torque to,speed
+A,0,50,150,1000
+B,0,-10,20,1000
+A,10,100,200,1000
+A,20,,,
+B,20,,,
+"""
+
+
+def test_a_range_of_another_unit_refuses_nobody_and_the_last_row_may_be_empty(tmp_path):
+    made = block(tmp_path, UNITS_WITH_RANGES, hours="hours", unit="box")
+    record = read_record(made, "A", None)
+    np.testing.assert_allclose(record.torque, [100.0, 150.0])
+    with pytest.raises(UpdateError, match="line 3, column 'torque from': -10 to 20"):
+        read_record(made, "B", None)
+
+    gap = UNITS_WITH_RANGES.replace("A,10,100,200", "A,10,100,")
+    made = block(tmp_path, gap, hours="hours", unit="box")
+    with pytest.raises(UpdateError, match=r"line 4, column 'middle of .*: is empty"):
+        read_record(made, "A", None)

@@ -10,9 +10,10 @@ from scipy.special import logsumexp
 from units import law, simulated, unit
 
 from wearlab.campaign.distributions import read_distribution
+from wearlab.updating import likelihood
 from wearlab.updating.answers import answer_of, outcome_of
 from wearlab.updating.population import fit_population
-from wearlab.updating.robust import FREEDOMS, freedom_of, robust_answer
+from wearlab.updating.robust import FREEDOMS, applies, freedom_of, robust_answer
 from wearlab.updating.row_checks import odd_rows
 from wearlab.updating.sampling import ALARM
 from wearlab.updating.tails import FREEDOMS as FREEDOMS_OF_FLEETS
@@ -186,3 +187,44 @@ def test_a_reading_that_is_wrong_hardly_moves_a_robust_fleet():
     assert abs(robust[2] - clean[2]) < 0.3 * abs(normal[2] - clean[2])
     others = [0, 1, 3, 4, 5]
     assert robust[others] == pytest.approx(clean[others], abs=0.02)
+
+
+def test_many_rows_of_an_unknown_sd_have_no_second_answer_that_costs_minutes():
+    def found(rows, error, discrepancy="none"):
+        cycles = np.linspace(1e5, 8e5, rows)
+        noise = np.random.default_rng(0).standard_normal(rows)
+        seen = (observed(cycles, 1.2 * RATE * cycles + SD * noise, error),)
+        asked = study(PRIOR, seen, discrepancy)
+        return answer_of(asked, [history(seen, end=4e6)], blocks(seen))
+
+    assert applies(found(3000, ErrorModel(SD)))
+    assert applies(found(60, ErrorModel(UNKNOWN), "drifting-rate"))
+    assert not applies(found(300, ErrorModel(UNKNOWN), "drifting-rate"))
+
+
+def test_densities_are_the_same_in_pieces(monkeypatch):
+    found = answered(eight(1), ErrorModel(UNKNOWN)).answer
+    whole = robust_answer(found, ())
+    monkeypatch.setattr(likelihood, "DENSITIES_AT_ONCE", 1)
+    pieces = robust_answer(found, ())
+    assert pieces.life(ENDS) == pytest.approx(whole.life(ENDS), rel=1e-9)
+
+
+def test_a_row_of_no_wear_whose_error_goes_with_the_wear_is_not_odd():
+    """Its variance is 0: nothing was odd any more, by a score that was no number."""
+    values = 1.2 * RATE * CYCLES
+    values[1:] *= 1.0 + 0.02 * np.array([1.0, -1.0, 0.5, -0.5, 1.0, 20.0, -1.0])
+    cycles = CYCLES.copy()
+    cycles[0] = values[0] = 0.0
+    seen = (observed(cycles, values, ErrorModel(0.0, relative=0.02)),)
+    sound = (observed(cycles[1:], values[1:], ErrorModel(0.0, relative=0.02)),)
+    post = answer_of(
+        study(PRIOR, sound), [history(sound, end=4e6)], blocks(sound)
+    ).posterior
+    with_first = post.with_changes(
+        histories=(history(seen, end=4e6),), blocks=blocks(seen)
+    )
+    (expected,) = odd_rows(post, ALARM)
+    (check,) = odd_rows(with_first, ALARM)
+    assert check.row == expected.row + 1 == 6
+    assert check.sds == pytest.approx(expected.sds)

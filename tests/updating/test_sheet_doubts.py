@@ -7,12 +7,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from conftest import STATIC
-from made import ErrorModel, blocks, observed
+from made import ErrorModel, blocks, observed, study
 from scipy import stats
 from units import RATE, law, unit
 
 import wearlab as wl
+from wearlab.updating.answers import answer_of
 from wearlab.updating.fleet_members import FleetMember
+from wearlab.updating.grids import Posterior
 from wearlab.updating.population import fit_population
 from wearlab.updating.report_text import text_of
 from wearlab.updating.run_curves import ObservationPoints, RunCurve
@@ -211,4 +213,19 @@ def test_one_gear_set_is_told_by_either_sheet_in_dates(tmp_path):
     assert "weighings.csv with a probability of" in note
     (without,) = (line for line in text if line.startswith("without worn mass"))
     assert ", until 2026-" in without
+    robust = [line for line in text if "Student-t" in line]
+    assert all("all sheets taken as sound" in line for line in robust)
     assert "if that source has a scale of its own, with a probability of" in without
+
+
+def test_other_observations_are_compared_without_copies_of_runs_by_doubt():
+    """Evidence with doubts was compared with one without, of three times the runs."""
+    member = sheets_of("G1", 1.0, np.random.default_rng(3))
+    seen = tuple(block.observed for block in member.blocks)
+    asked = study({"lognormal": {"median": 1.0, "cov": 1.0}}, seen)
+    post = answer_of(asked, [member.run], member.blocks).posterior
+    assert len(post.histories) == 3
+    again = post.updated_with(post.blocks)
+    plain = Posterior([member.run], member.blocks, post.prior)
+    assert len(again.histories) == 1
+    assert again.evidence == pytest.approx(plain.evidence)

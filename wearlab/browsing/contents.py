@@ -289,13 +289,22 @@ def run(store: Store, place: Any, arguments: Arguments) -> dict[str, Any]:
         "has_life": bool(entry.summary.get("life")),
         "figures": drawn,
         "prints": prints,
-        "commands": f"wearlab show {entry.id} --store {folder}\n"
+        "commands": f"{_place_of_store(store, place)}"
+        f"wearlab show {entry.id} --store {folder}\n"
         f"wearlab figures --from FIGURE.png --store {folder}   # a figure that was "
         "taken along",
-        "python": "import wearlab as wl\n"
+        "python": f"{_place_of_store(store, place)}import wearlab as wl\n"
         f"run = wl.open({address!r}).run({entry.id!r})\n"
         f"wl.figure(run, {kind!r})",
     }
+
+
+def _place_of_store(store: Store, place: Any) -> str:
+    """Return a line that says where commands find the store, nothing of an address."""
+    first, *_ = (*Path(place.store_name).parts, "")
+    if store.address is not None or not first:
+        return ""
+    return f"# in the folder that holds {quote(first)}:\n"
 
 
 def _file_of_campaign(store: Store, place: Any, path: str) -> str:
@@ -376,6 +385,7 @@ def compare(store: Store, place: Any, arguments: Arguments) -> dict[str, Any]:
     content["figures"] = [source.shown(question, files)]
     folder = quote(place.store_name)
     content["commands"] = (
+        f"{_place_of_store(store, place)}"
         f"wearlab figures --from {question.name}.png --store {folder}   # the PNG that "
         "was taken along"
     )

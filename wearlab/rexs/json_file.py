@@ -14,7 +14,7 @@ from wearlab.rexs.document import (
     RexsError,
     document_of,
 )
-from wearlab.rexs.xml_file import plain
+from wearlab.rexs.xml_file import THOUSANDS, plain
 from wearlab.units import is_number
 
 NUMBERS = ("floating_point", "integer", "reference_component", "file_reference")
@@ -113,6 +113,8 @@ def _scalar(key: str, value: Any) -> Any:
         return value if isinstance(value, bool) else None
     if key in NUMBERS:
         value = plain(value) if isinstance(value, str) else value
+        if isinstance(value, str) and THOUSANDS.fullmatch(value):
+            return value  # refused with its place where it is needed as a number
         is_finite = is_number(value) and abs(value) < LARGEST
         return float(value) if is_finite else None
     if key in TEXTS:

@@ -203,7 +203,7 @@ def _ranges_by_name(table: ReadTable, quantity: str) -> dict[str, tuple[str, str
 
 
 def with_middles(
-    table: ReadTable, columns: Columns, units: Texts
+    table: ReadTable, columns: Columns, units: Texts, *, may_be_empty: bool = False
 ) -> tuple[ReadTable, dict[str, str]]:
     """Return a table with a column of the middle of each range, and its columns.
 
@@ -212,6 +212,7 @@ def with_middles(
     table : the table
     columns : headers where a campaign file says so, of ranges two
     units : of columns, where their headers tell none
+    may_be_empty : whether an end may be missing, and the middle with it
 
     Raises
     ------
@@ -227,7 +228,11 @@ def with_middles(
                 f"{table.file}: columns {low!r} and {high!r} have two units: write "
                 "both in one"
             )
-        ends = zip(table.numbers(low), table.numbers(high), strict=True)
+        ends = zip(
+            table.numbers(low, empty=may_be_empty),
+            table.numbers(high, empty=may_be_empty),
+            strict=True,
+        )
         middles = []
         for row, (first, last) in enumerate(ends):
             try:
@@ -237,7 +242,8 @@ def with_middles(
                 raise TableError(
                     f"{place} to {table.cells[high][row]}: {error}"
                 ) from None
-            middles.append(repr(middle).replace(".", table.decimal))
+            text = "" if math.isnan(middle) else repr(middle)
+            middles.append(text.replace(".", table.decimal))
         table = table.with_column(f"middle of {low} and {high}", unit, middles)
         plain[quantity] = table.names[-1]
     return table, plain

@@ -17,7 +17,7 @@ Merged = tuple[Place, Place]
 MAX_HEAD_ROWS = 200
 """Rows of a sheet in which headers may stand."""
 TAG = re.compile(
-    rb"<table:(table|table-row|table-cell|covered-table-cell)(?=[\s/>])([^>]*)>"
+    rb"<table:(table|table-row|table-cell|covered-table-cell)(?=[\s/>])([^<>]*)>"
 )
 ATTRIBUTE = re.compile(rb'table:([\w-]+)="([^"]*)"')
 

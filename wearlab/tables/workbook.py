@@ -42,17 +42,17 @@ LARGEST_PART = 200_000_000
 """Bytes of one member of a workbook, unpacked."""
 MAX_CELLS = 5_000_000
 CELL = re.compile(
-    rb"<(?:\w+:)?c\s([^>]*?)(?:/>|>(.*?)</(?:\w+:)?c>)",
+    rb"<(?:\w+:)?c\s([^<>]*?)(?:/>|>(.*?)</(?:\w+:)?c>)",
     re.DOTALL,
 )
 REFERENCE = re.compile(rb'\br="([A-Z]{1,3})(\d{1,7})"')
 FORMULA = re.compile(rb"<(?:\w+:)?f[\s/>]")
-VALUE = re.compile(rb"<(?:\w+:)?v[^>/]*>([^<]+)<")
-SHEET = re.compile(r"<(?:\w+:)?sheet\s[^>]*>")
-RELATION = re.compile(r"<(?:\w+:)?Relationship\s[^>]*>")
+VALUE = re.compile(rb"<(?:\w+:)?v[^<>/]*>([^<]+)<")
+SHEET = re.compile(r"<(?:\w+:)?sheet\s[^<>]*>")
+RELATION = re.compile(r"<(?:\w+:)?Relationship\s[^<>]*>")
 ATTRIBUTE = re.compile(r'([\w:]+)="([^"]*)"')
 REPEATED = re.compile(rb'number-(?:rows|columns)-repeated="(\d+)"')
-FORMULA_OF_ODS = re.compile(rb"<table:table-cell\s([^>]*table:formula=[^>]*)>")
+PART_OF_ODS = re.compile(rb"<table:table-(row|cell)\s([^<>]*)>")
 
 Cells = list[list[str]]
 Place = tuple[int, int]
@@ -248,15 +248,15 @@ def _column_number(letters: str) -> int:
 
 def _refuse_odd_ods(file: str, content: bytes) -> None:
     """Refuse formulas without values, and values that are repeated without end."""
-    for attributes in FORMULA_OF_ODS.findall(content):
-        if b"office:value-type" not in attributes:
+    for part, attributes in PART_OF_ODS.findall(content):
+        is_formula = part == b"cell" and b"table:formula=" in attributes
+        if is_formula and b"office:value-type" not in attributes:
             raise TableError(
                 f"{file}: holds formulas that nobody computed: open it in a "
                 "spreadsheet and save it once"
             )
-    for cell in re.findall(rb"<table:table-(?:row|cell)\s[^>]*>", content):
-        repeated = REPEATED.search(cell)
-        holds_value = b"office:value" in cell
+        repeated = REPEATED.search(attributes)
+        holds_value = b"office:value" in attributes
         if holds_value and repeated and int(repeated[1]) > MAX_CELLS // 1000:
             raise TableError(
                 f"{file}: repeats a value {repeated[1].decode()} times: delete what "

@@ -314,7 +314,8 @@ def _stats(study: Subject, answer: Answer) -> dict[str, float]:
     stats |= facts_of(post)
     if any(block.data.error.drift is not None for block in blocks):
         otherwise = [block.drifting(block.drift is None) for block in blocks]
-        gain = post.evidence - post.updated_with(otherwise).evidence
+        as_asked = post.updated_with(blocks)
+        gain = as_asked.evidence - post.updated_with(otherwise).evidence
         accumulates = study.spec.discrepancy == ACCUMULATING
         stats["log_evidence_of_drift"] = gain if accumulates else -gain
     return stats

@@ -1,5 +1,6 @@
 """A fleet's answer, unit by unit by what all tell, as groups in ArviZ's layout."""
 
+from contextlib import suppress
 from dataclasses import replace
 from itertools import chain
 from typing import Any
@@ -21,6 +22,7 @@ from wearlab.updating.cases import Subject, Subjects
 from wearlab.updating.fleet_inspections import inspection_scores, inspection_table
 from wearlab.updating.fleet_members import FleetMember
 from wearlab.updating.fleet_sheets import sheet_table
+from wearlab.updating.measurements import UpdateError
 from wearlab.updating.new_parts import FleetParts
 from wearlab.updating.population import Population
 from wearlab.updating.unit_states import (
@@ -88,13 +90,16 @@ def fleet_groups(parts: FleetParts, *, replay: bool) -> dict[str, xr.Dataset]:
         is_left_out = rows["flagged"].values & (rows["against"].values == "")
         if is_left_out.any():
             left_out = rows.isel(observation=is_left_out)
-            groups["predictions_without"] = _predictions_without(
-                in_service, fleet, left_out, rng
-            )
-            if len(fleet.units) <= MAX_ROBUST:
-                groups["predictions_robust"] = _predictions_robust(
-                    in_service, fleet, rng
+            # where units contradict each other all the more there is none of these
+            with suppress(UpdateError):
+                groups["predictions_without"] = _predictions_without(
+                    in_service, fleet, left_out, rng
                 )
+            with suppress(UpdateError):
+                if len(fleet.units) <= MAX_ROBUST:
+                    groups["predictions_robust"] = _predictions_robust(
+                        in_service, fleet, rng
+                    )
     return groups
 
 

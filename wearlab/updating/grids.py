@@ -179,13 +179,14 @@ class Posterior:
         )
 
     def updated_with(self, blocks: Blocks) -> "Posterior":
-        """Return what is known after other observations.
+        """Return what is known after other observations, all sheets being sound.
 
         Parameters
         ----------
         blocks : the observations
         """
-        return Posterior(self.histories, blocks, self.prior)
+        sound = [run for run in self.histories if run.doubted is None]
+        return Posterior(sound, blocks, self.prior)
 
     @property
     def relative(self) -> Array:

@@ -22,6 +22,7 @@ from wearlab.updating.run_curves import RunHistory
 
 PER = 1e6  # cycles over which ``drift`` is said
 VALUES_AT_ONCE = 2000  # that are summed together
+DENSITIES_AT_ONCE = 2_000_000  # of Student's t, of all lanes
 
 
 RunsWithLanes = Sequence[tuple[RunHistory, Any]]
@@ -270,11 +271,20 @@ def _student(residuals: kalman.Residuals, freedom: Array) -> Array:
     """
     difference, variance, room = residuals
     hidden = kalman.censored_values(room)
+    lanes = np.broadcast_shapes(
+        difference.shape[:-1], variance.shape[:-1], freedom.shape[:-1]
+    )
     half = 0.5 * (freedom + 1.0)
     log_norm = gammaln(half) - gammaln(0.5 * freedom) - 0.5 * np.log(np.pi * freedom)
-    tail = half * np.log1p(difference**2 / (freedom * variance))
-    logs = log_norm - 0.5 * np.log(variance) - tail
-    if hidden.any():
-        below = stdtr(freedom, room / np.sqrt(variance))
-        logs = np.where(hidden, np.log(np.maximum(below, 1e-300)), logs)
-    return np.asarray(logs.sum(axis=-1))
+    total = np.zeros(lanes)
+    at_once = max(DENSITIES_AT_ONCE // max(total.size, 1), 1)
+    for begin in range(0, difference.shape[-1], at_once):
+        part = slice(begin, begin + at_once)
+        v = variance if variance.shape[-1] == 1 else variance[..., part]
+        tail = half * np.log1p(difference[..., part] ** 2 / (freedom * v))
+        logs = log_norm - 0.5 * np.log(v) - tail
+        if hidden[part].any():
+            below = stdtr(freedom, room[..., part] / np.sqrt(v))
+            logs = np.where(hidden[part], np.log(np.maximum(below, 1e-300)), logs)
+        total = total + logs.sum(axis=-1)
+    return total

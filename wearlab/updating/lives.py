@@ -148,7 +148,8 @@ class Answer:
         for clock in clocks:
             if clock.cycle is not knots and not np.isin(clock.cycle, knots).all():
                 return None
-        return knots, np.stack([run.equal(knots) for run in histories])
+        distinct = np.unique(knots)  # a standstill at first has no length
+        return distinct, np.stack([run.equal(distinct) for run in histories])
 
     def remaining(self, p: Array) -> Array:
         """Return quantiles of the remaining life [cycles], 0 where the end has passed.

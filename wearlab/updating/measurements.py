@@ -123,7 +123,9 @@ class MeasuredColumns:
             if not isinstance(header, str) and header[0] in units_of:
                 units_of[role] = units_of[header[0]]
         try:
-            self.table, plain = with_middles(self.table, named, units_of)
+            self.table, plain = with_middles(
+                self.table, named, units_of, may_be_empty=True
+            )
         except TableError as error:
             raise self._at(error) from None
         return {role: plain.get(role, role) for role in columns}
@@ -675,8 +677,9 @@ def read_record(
     columns = MeasuredColumns(block)
     clocks = ("hours", "date", "duration", "cycles")
     (when,) = (name for name in clocks if getattr(named, name) is not None)
+    columns.find({"unit": named.unit}, unit)
     loads = columns.with_middles(named.model_dump(include={"torque", "speed"}))
-    columns.find({"time": getattr(named, when), **loads, "unit": named.unit}, unit)
+    columns.find({"time": getattr(named, when), **loads}, None)
     if not len(columns):
         return None
 

@@ -230,7 +230,12 @@ def _case(groups: Mapping[str, xr.Dataset]) -> dict[str, Any]:
     values["readings"] = list(_readings(stats))
     if "robust_life" in stats and np.isfinite(stats["robust_life"]).all():
         freedom = float(stats["robust_freedom"])
-        values["robust"] = {"life": stats["robust_life"].values, "freedom": freedom}
+        doubts = [stats[name] for name in stats if str(name).startswith("doubted_p_")]
+        values["robust"] = {
+            "life": stats["robust_life"].values,
+            "freedom": freedom,
+            "takes_sheets_as_sound": any(float(chance) > 0.0 for chance in doubts),
+        }
     values["drifts"] = stats.attrs.get("discrepancy") == "drifting-rate"
     if "end_of_life_quantile" in predictions:
         about = str(predictions["end_of_life_quantile"].attrs["long_name"])

@@ -19,6 +19,8 @@ from wearlab.updating.row_checks import MAX_ROWS, RowCheck
 # degrees of freedom; with more the law is almost normal
 FREEDOMS = (1.5, 2.5, 5.0, 15.0)
 MAX_RUNS = 400  # with each of which there are as many more
+# densities at one factor, of all runs, freedoms, errors and rows; as many take seconds
+MAX_DENSITIES = 1_000_000
 
 
 def applies(answer: Answer) -> bool:
@@ -30,8 +32,18 @@ def applies(answer: Answer) -> bool:
     """
     post = answer.posterior
     is_asked = post.prior is not None and answer.drifting is None
-    few_runs = len(post.histories) <= MAX_RUNS
+    few_runs = len(post.histories) <= MAX_RUNS and _densities(post) <= MAX_DENSITIES
     return is_asked and few_runs and any(map(_has_tails, post.blocks))
+
+
+def _densities(post: grids.Posterior) -> int:
+    """Return how many densities there are to evaluate at one factor of each run."""
+    runs = len(without_doubts(post.histories))
+    values = sum(
+        len(block.rows) * sd.shape[1] * drift.shape[1]
+        for block, (sd, drift) in zip(post.blocks, post.spreads, strict=True)
+    )
+    return len(FREEDOMS) * runs * values
 
 
 def _has_tails(block: Block) -> bool:

@@ -23,6 +23,7 @@ from wearlab.updating.misfit import best_fit
 
 MIN_ROWS = 4
 MAX_ROWS = 4000  # of more, no single one moves the answer
+LEAST_VARIANCE = 1e-200  # [SI²] of a row whose error goes with a wear of none
 
 
 class RowCheck(NamedTuple):
@@ -91,8 +92,9 @@ def _left_out(
     known = block.sd.known
     column_variance = block.observed.sd[block.rows] ** 2
     variance = known**2 + column_variance + (block.relative * model) ** 2
-    standard = rest / np.sqrt(variance)
-    along = slope / np.sqrt(variance)
+    sd = np.sqrt(np.maximum(variance, LEAST_VARIANCE))
+    standard = rest / sd
+    along = slope / sd
     leverage = along**2 / np.sum(along**2)
     left = 1.0 - np.minimum(leverage, 1.0 - 1e-9)
     if block.sd.prior is None:

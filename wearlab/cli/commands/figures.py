@@ -246,7 +246,12 @@ def _measured_gear(file: Path, figure: Path) -> output.Findings:
     if elsewhere:
         facts["not used"] = f"{elsewhere} traces beside the teeth's own"
 
-    if measurement.traces:
+    has_curves = any(
+        measurement.teeth(kind, side) for kind in ("profile", "lead") for side in SIDES
+    )
+    if measurement.traces and not has_curves:
+        facts["not drawn"] = "there is no profile or lead of a tooth"
+    elif measurement.traces:
         ending = figure.suffix.lower().removeprefix(".")
         files.write_whole(figure, plots.measurement_figure(measurement, ending))
         facts["figure"] = str(figure)
