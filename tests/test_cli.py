@@ -171,7 +171,8 @@ def test_show_names_what_each_of_several_numbers_is_of(command, tmp_path):
     # these names are columns
     columns = ",".join(content["key_results"])
     row = command("ls", "--columns", columns).out.splitlines()[-1].split()
-    assert row[2:4] == ["1.2824", "1.3275"] and row[-2:] == ["4", "3"]
+    assert row[2:4] == ["1.2824", "1.3275"]
+    assert [value for value in row if value in ("3", "4")] == ["4", "3"]
 
 
 def test_a_bare_comparison_asks_every_flank(command, tmp_path):

@@ -163,6 +163,11 @@ def test_every_dimensional_option_is_known_to_this_test():
         "to",
         "sun_planet",
         "planet_ring",
+        "ambient",
+        "area",
+        "resistance",
+        "service_temperature",
+        "thermal_expansion",
     }
 
 
@@ -195,7 +200,8 @@ def test_sources_are_explained():
 
 def test_choices_may_be_written_as_a_word():
     stiffness = SCHEMA["$defs"]["MeshSection"]["properties"]["stiffness"]
-    assert stiffness["anyOf"][0] == {"enum": ["finite-element", "potential-energy"]}
+    words = ["finite-element", "potential-energy", "vdi-2736"]
+    assert stiffness["anyOf"][0] == {"enum": words}
     assert stiffness["default"] == "finite-element"
     assert SCHEMA["$defs"]["WearSection"]["properties"]["step"]["default"] == "adaptive"
     assert (
@@ -207,7 +213,7 @@ def test_choices_may_be_written_as_a_word():
         == "20 deg"
     )
     assert (
-        SCHEMA["$defs"]["Numerics"]["properties"]["tolerance"]["exclusiveMinimum"] == 0
+        SCHEMA["$defs"]["Numerics"]["properties"]["tolerance"]["minimum"] == 1e-10
     )
 
 

@@ -78,8 +78,9 @@ def test_flanks_of_an_internal_pair_wear_as_they_slide(driver):
     rate = run.wear_rate.sel(flank=["pinion", "ring"]).values[0]
     slides = rate[1] > 0.0
     assert slides.sum() > 70
+    # contacts are found to 1e-8 of the path, beside the pitch point as well
     np.testing.assert_allclose(
-        rate[0, slides] / rate[1, slides], (rho[1] / rho[0])[slides], rtol=1e-9
+        rate[0] * rho[0], rate[1] * rho[1], rtol=0.0, atol=2e-8 * (rate * rho).max()
     )
     force = run.static_mesh_force.item()
     assert force == pytest.approx(1000.0 / BASE_RADII[0, 0], rel=1e-12)
@@ -103,8 +104,12 @@ def test_either_driver_wears_the_unworn_pair_alike():
 
 
 def test_slight_wear_grows_alike_in_both_forms():
-    exact = life("exact", "pinion")
-    first_order = life("displacement", "pinion")
+    worn = {
+        "coefficient": {"model": "constant", "value": f"{K} m^2/N"},
+        "until": {"cycles": 5e7},
+    }
+    exact = simulate(scene("exact", BY_PINION, **worn))
+    first_order = simulate(scene("displacement", BY_PINION, **worn))
     assert exact.max_wear_depth.values[-1, 0] > 2e-6
     np.testing.assert_allclose(
         exact.max_wear_depth[-1], first_order.max_wear_depth[-1], rtol=5e-3

@@ -11,6 +11,8 @@ from wearlab.simulation.dataset.validity import scene_validity
 from wearlab.simulation.estimates import CompanionErrors, _doubts
 
 STILL = SimpleNamespace(
+    scene=SimpleNamespace(thermal=None, rating=None),
+    coupling=None,
     kinds=(),
     vibration=None,
     meshes=(),

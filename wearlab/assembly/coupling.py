@@ -1,5 +1,6 @@
 """Contact and wear of each kind of mesh, joined on the clock of the set."""
 
+import math
 from collections.abc import Iterator, Sequence
 from typing import Any
 
@@ -36,7 +37,7 @@ def joined_kinds(
         if scene.face_keys:
             yield _face_kind(scene, gears, kind, model, on_clock, of_kind)
         else:
-            yield mesh_kind(scene, model, on_clock, of_kind)
+            yield mesh_kind(scene, gears, model, on_clock, of_kind)
 
 
 def _face_kind(
@@ -50,13 +51,16 @@ def _face_kind(
     """Return contact and wear over the face of one kind of mesh."""
     over_face = face.build_face_contact(scene, kind, model.analysis, gears.helix)
     law = build_law(scene, kind.pair, repeated(model.path, over_face.grid.shape[0]))
-    setting = FacePatchSetting(model.analysis, model.path, law, over_face)
+    setting = FacePatchSetting(
+        model.analysis, model.path, law, *_limits(scene, gears), face=over_face
+    )
     lags = {number: on_clock.meshes[number].lag for number in of_kind}
     return FaceKind(over_face, law, _patch(scene, setting), lags)
 
 
 def mesh_kind(
     scene: Scene,
+    gears: gear_set.GearSet,
     model: MeshKindModel,
     on_clock: OnClock,
     of_kind: np.ndarray[Any, np.dtype[np.int64]],
@@ -70,7 +74,8 @@ def mesh_kind(
     on_clock : the meshes on their clock
     of_kind : numbers of the meshes of this kind
     """
-    setting = PatchSetting(model.analysis, model.path, model.law)
+    limits = _limits(scene, gears)
+    setting = PatchSetting(model.analysis, model.path, model.law, *limits)
     instants = tuple(
         clock.instants_of(
             model.analysis.grid,
@@ -83,6 +88,18 @@ def mesh_kind(
     return coupled.MeshKind(
         model.analysis, model.law, _patch(scene, setting), of_kind, instants
     )
+
+
+def _limits(scene: Scene, gears: gear_set.GearSet) -> tuple[float, float]:
+    """Return the cycles [1] and the depth [m] that end a life, inf where none do."""
+    until: Any = scene.wear.until if scene.wear else None
+    if until is None:
+        return math.inf, math.inf
+    turns = [until.cycles or math.inf]
+    turns.append((until.mesh_cycles or math.inf) / gears.reference_teeth)
+    if until.hours is not None:
+        turns.append(3600.0 * until.hours * gears.speed / (2.0 * math.pi))
+    return min(turns), until.depth or math.inf
 
 
 def _patch(scene: Scene, setting: PatchSetting) -> Any:

@@ -62,7 +62,8 @@ def kinds_at(
     on_clock : the mesh on its clock
     """
     model = model_at(scene, gears, cold, temperature)
-    return (mesh_kind(scene, model, on_clock, np.zeros(1, np.int64)),)
+    of_kind = np.zeros(1, np.int64)
+    return (mesh_kind(scene, gears, model, on_clock, of_kind),)
 
 
 def build_warming(

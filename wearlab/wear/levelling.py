@@ -30,9 +30,8 @@ Source: Johnson, Contact Mechanics (1985) §2.7, and Appendix 1 for the integral
 §8 "Corrugation".
 """
 
-import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -262,14 +261,9 @@ def coefficients(t: Array, last_order: int) -> Array:
     return values
 
 
-LAG = 3e-6
-"""Largest wear by which a rate looks ahead, at the fastest static rate [m]."""
-LAG_OVER_DEPTH = 0.2
-"""That wear over the deepest so far [1]."""
-LEAST_LAG = 4.0**-8
-"""Least lag over the largest [1]."""
-BETWEEN_LAGS = 4.0
-"""A lag that is factored over the next shorter one [1]."""
+LAG, LAG_OVER_DEPTH = 3e-6, 0.03
+"""Wear by which the semi-implicit rate looks ahead at the fastest static rate, at most
+[m] and over the depth that a life is to reach [1]."""
 
 
 class Levelling(NamedTuple):
@@ -419,63 +413,14 @@ def looking_ahead(matrix: csr_array, lag: float) -> SuperLU:
 
 
 @dataclass(frozen=True)
-class Ahead:
-    """A rate that looks ahead, ``(2A − A²) r`` with ``A = (I − τD)⁻¹``.
-
-    Its error is of second order in τ: what D evens out while the fastest contact wears
-    by the lag. It is a share of the depth so far, since waves that have not grown need
-    not be followed, and 3 µm at most. Between lags that are four times each other,
-    which are factored once, rates are interpolated.
-
-    Parameters
-    ----------
-    matrix : D of contacts that bear the whole load, (2n, 2n) [1/cycle]
-    fastest : static rate of the fastest contact [m per cycle]
-    lag : largest wear looked ahead [m]
-    """
-
-    matrix: csr_array
-    fastest: float
-    lag: float = LAG
-    _factors: dict[int, SuperLU] = field(default_factory=dict, compare=False)
-
-    def rate(self, forced: Array, depth: float) -> Array:
-        """Return the rate (2n,) that looks ahead [m per cycle].
-
-        Parameters
-        ----------
-        forced : (2n,) rate [m per cycle]
-        depth : deepest wear so far [m]
-        """
-        if self.fastest <= 0.0:
-            return forced
-        share = min(LAG_OVER_DEPTH * depth / self.lag, 1.0)
-        place = -math.log(max(share, LEAST_LAG)) / math.log(BETWEEN_LAGS)
-        level = int(place)
-        shorter = place - level
-        longer = self._looking_ahead(forced, level)
-        if shorter == 0.0:
-            return longer
-        following = self._looking_ahead(forced, level + 1)
-        return longer + shorter * (following - longer)
-
-    def _looking_ahead(self, forced: Array, level: int) -> Array:
-        """Return the rate with one of the lags."""
-        if level not in self._factors:
-            lag = self.lag * BETWEEN_LAGS**-level / self.fastest
-            self._factors[level] = looking_ahead(self.matrix, lag)
-        once = self._factors[level].solve(forced)
-        twice = self._factors[level].solve(once)
-        return np.asarray(2.0 * once - twice)
-
-
-@dataclass(frozen=True)
 class Elastic(TwoWay):
     """Wear is spread and felt over the patch, and the pressure redistributes inside it.
 
-    ``h' = max{0, (2A − A²) [S r + D h]}`` with r the pointwise rate, see `Ahead`. A
+    ``h' = max{0, (2A − A²) [S r + D h]}`` with ``A = (I − τD)⁻¹`` and r the pointwise
+    rate. τ is numerical, and its error of second order: waves that D levels within 3 µm
+    of wear, or 3 % of the depth that is to be reached, are followed with that lag. A
     contact levels by as much as it bears: nothing where it never touches, at most as if
-    it bore the whole load; A takes all to bear that, on the stable side.
+    it bore the whole load; I − τD takes all to bear that, on the stable side.
 
     Parameters
     ----------
@@ -483,14 +428,14 @@ class Elastic(TwoWay):
     shift : of contacts off slopes of wear, None: they are sought on whole outlines
     reference : (n,) force that makes the patches [N]
     largest : (n,) the load over it, at least 1 [1]
-    ahead : how a rate looks ahead
+    ahead : factors of I − τD
     """
 
     levelling: Levelling
     shift: Shift | None
     reference: Array
     largest: Array
-    ahead: Ahead
+    ahead: SuperLU
 
     def rate(self, pointwise: Array, depth: Array, force: Array) -> Array:
         """Return the wear rate of flanks from that of contact centres, (2, n)."""
@@ -499,8 +444,9 @@ class Elastic(TwoWay):
         forced = spread + self.levelling.at(depth.ravel(), contact)
         if self.shift is not None:
             forced = forced + self.shift.at(depth.ravel(), contact)
-        rate = self.ahead.rate(forced, float(depth.max(initial=0.0)))
-        return np.maximum(0.0, rate).reshape(pointwise.shape)
+        once = self.ahead.solve(forced)
+        twice = self.ahead.solve(once)
+        return np.maximum(0.0, 2.0 * once - twice).reshape(pointwise.shape)
 
 
 @remembered
@@ -526,7 +472,7 @@ def elastic(
     path : WearPath
     shifts : whether contacts move off slopes of wear, as where gaps are those of the
         line of action
-    lag : largest wear by which rates look ahead [m]
+    lag : τ times the fastest spread static rate [m]
 
     References
     ----------
@@ -535,6 +481,7 @@ def elastic(
     spread = spread_matrix(half_width, path)
     level = levelling(half_width, sliding, path)
     fastest = float((spread @ static_rate.ravel()).max(initial=0.0))
+    tau = lag / fastest if fastest > 0.0 else 0.0
     largest = np.maximum(1.0, load / reference)
     matrix = level.matrix(largest)
     moved = None
@@ -549,5 +496,5 @@ def elastic(
         moved,
         reference,
         largest,
-        Ahead(matrix, fastest, lag),
+        looking_ahead(matrix, tau),
     )

@@ -22,9 +22,9 @@ from wearlab.wear.patch import ascending, cell_edges
 from wearlab.wear.path import WearPath
 
 LAG_OVER_DEPTH = 0.1
-LEAST_LAG, LARGEST_LAG = 0.5e-6, 20e-6
+LARGEST_LAG = 20e-6
 """Wear of the fastest contact by which a rate looks ahead: over the deepest wear [1],
-at least and at most [m]."""
+and at most [m]."""
 BOTH_FLANKS = 2.0
 """A wave on both flanks moves a contact twice as far as on one [1]."""
 LARGEST_STRETCH = 4.0
@@ -96,9 +96,9 @@ class TouchingPoints(NamedTuple):
         depth : deepest wear [m]
         """
         fastest = float(of_contacts.max(initial=0.0))
-        if fastest <= 0.0:
+        if fastest <= 0.0 or depth <= 0.0:
             return rate
-        lag = min(max(LAG_OVER_DEPTH * depth, LEAST_LAG), LARGEST_LAG)
+        lag = min(LAG_OVER_DEPTH * depth, LARGEST_LAG)
         ahead = np.empty_like(rate)
         for gear, arc in enumerate(self.path.arc):
             evening = float((of_contacts[gear] * self.path.equivalent_radius).max())

@@ -15,10 +15,10 @@ class DisplacementContact(ContactModel):
     model_error: ClassVar[str] = (
         "first order in wear; the unloaded error of Y23's internal flanks is 13 to 63 "
         '% too large at 20 to 100 um (mesh.contact = "exact" has no such error); '
-        "contacts move off slopes of wear to first order: lives of an external pair "
-        "of steel to 0.01 to 0.1 modules within 4 % of those of whole outlines. "
-        "Without an elastic patch they stay, and lives to 0.01 modules are too short "
-        "by a tenth, to 0.025 and more by a quarter"
+        "contacts move off slopes of wear to first order: lives to depths of 0.01 to "
+        "0.1 modules of an external pair of steel are within 4 % of those of whole "
+        "outlines. Without an elastic patch contacts stay, and lives to 0.01 modules "
+        "are too short by a tenth, to 0.025 and more by a quarter"
     )
 
     model: Literal["displacement"] = "displacement"

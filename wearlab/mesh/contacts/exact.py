@@ -13,8 +13,8 @@ class ExactContact(ContactModel):
 
     model_error: ClassVar[str] = (
         "gaps are those of whole outlines, and wear goes to the points that touch: "
-        "lives of an external pair of steel to 0.01 to 0.1 modules within 2 % of a "
-        "brute force; tip corners beyond A and E wear nothing"
+        "lives to depths of 0.01 to 0.1 modules of an external pair of steel are "
+        "within 2 % of a brute force; tip corners beyond A and E wear nothing"
     )
 
     model: Literal["exact"] = "exact"
