@@ -212,9 +212,7 @@ def test_choices_may_be_written_as_a_word():
         SCHEMA["$defs"]["ExternalPair"]["properties"]["pressure_angle"]["default"]
         == "20 deg"
     )
-    assert (
-        SCHEMA["$defs"]["Numerics"]["properties"]["tolerance"]["minimum"] == 1e-10
-    )
+    assert SCHEMA["$defs"]["Numerics"]["properties"]["tolerance"]["minimum"] == 1e-10
 
 
 def test_flanks_are_named_as_in_files():

@@ -227,6 +227,10 @@ def _plain(table: dict[str, Any]) -> dict[str, Any]:
     if "required" in plain:
         properties = plain["properties"]
         plain["required"] = [key for key in plain["required"] if key in properties]
+        named = properties.get("name", {}).get("description", "")
+        if "of the catalogue" in named:  # its name gives the rest
+            needed = plain.pop("required")
+            plain["anyOf"] = [{"required": ["name"]}, {"required": needed}]
     if "unit" in plain and isinstance(plain.get("default"), int | float):
         example = plain["examples"][0]
         plain["default"] = _written(plain["default"], plain["unit"], example)
