@@ -91,10 +91,10 @@ def mesh_kind(
 
 
 def _limits(scene: Scene, gears: gear_set.GearSet) -> tuple[float, float]:
-    """Return the cycles [1] and the depth [m] that end a life, inf where none do."""
+    """Return the cycles [1] and the depth [m] that end a life; 0 where none begins."""
     until: Any = scene.wear.until if scene.wear else None
     if until is None:
-        return math.inf, math.inf
+        return 0.0, 0.0
     turns = [until.cycles or math.inf]
     turns.append((until.mesh_cycles or math.inf) / gears.reference_teeth)
     if until.hours is not None:
