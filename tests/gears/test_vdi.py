@@ -4,39 +4,13 @@ import math
 
 import numpy as np
 import pytest
+from warm_pair import KST_E
 
 from wearlab.assembly import build, sets
 from wearlab.gears import vdi
 from wearlab.scene import Scene
 from wearlab.thermal.friction import sliding_pairs
 
-KST_E = {
-    "gears": {
-        "kind": "external-pair",
-        "module": "1 mm",
-        "centre_distance": "52 mm",
-        "face_width": "15 mm",
-        "material": {
-            "youngs_modulus": "210 GPa",
-            "poisson_ratio": 0.3,
-            "density": "7850 kg/m^3",
-        },
-        "pinion": {"teeth": 51, "tip_diameter": "52.894 mm", "face_width": "17 mm"},
-        "gear": {
-            "teeth": 52,
-            "tip_diameter": "54.022 mm",
-            "usable_tip_diameter": "53.788 mm",
-            "material": {
-                "youngs_modulus": "4156 MPa",
-                "poisson_ratio": 0.34,
-                "density": "1140 kg/m^3",
-            },
-        },
-    },
-    "operation": {"torque": "7.85 N*m", "speed": "2250 rpm"},
-    "mesh": {"stiffness": "vdi-2736", "extended_contact": False},
-}
-"""Steel on plastic; its tips end in chamfers."""
 S30 = {
     "gears": {
         "kind": "external-pair",

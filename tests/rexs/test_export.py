@@ -5,6 +5,7 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
+from rexs_files import PLANETARY
 
 import wearlab as wl
 from wearlab.assembly.sets import build_set
@@ -16,20 +17,6 @@ from wearlab.rexs.stated import STATED
 from wearlab.scene import Scene
 
 CAMPAIGNS = Path(__file__).parents[2] / "campaigns"
-PLANETARY = {
-    "gears": {
-        "kind": "planetary",
-        "module": "2 mm",
-        "face_width": "25 mm",
-        "planets": 3,
-        "sun": {"teeth": 20, "profile_shift_coefficient": 0.2},
-        "planet": {"teeth": 31, "bore_diameter": "30 mm"},
-        "ring": {"teeth": 82, "rim_diameter": "200 mm"},
-        "centre_distance": "51.4 mm",
-    },
-    "operation": {"torque": "120 N*m", "speed": "900 rpm"},
-    "mesh": {},
-}
 DRAWING = {
     "gears": {
         "kind": "external-pair",

@@ -20,20 +20,6 @@ from wearlab.rexs.stages import read_unit
 from wearlab.scene import Scene
 
 GEAR_UNIT = files.as_xml()
-PLANETARY = {
-    "gears": {
-        "kind": "planetary",
-        "module": "2 mm",
-        "face_width": "25 mm",
-        "planets": 3,
-        "sun": {"teeth": 20, "profile_shift_coefficient": 0.2},
-        "planet": {"teeth": 31, "bore_diameter": "30 mm"},
-        "ring": {"teeth": 82, "rim_diameter": "200 mm"},
-        "centre_distance": "51.4 mm",
-    },
-    "operation": {"torque": "120 N*m", "speed": "900 rpm"},
-    "mesh": {},
-}
 
 
 def read(path: Path, content: str | bytes) -> list[Any]:
@@ -185,7 +171,7 @@ def test_load_cases_without_torque_keep_their_time(torque, speed, row, tmp_path)
 
 def exported(tmp_path: Path) -> ElementTree.Element:
     """Return an exported planetary set."""
-    scene = Scene.from_mapping(PLANETARY)
+    scene = Scene.from_mapping(files.PLANETARY)
     return ElementTree.fromstring(export_rexs(scene, "set").content)
 
 

@@ -3,38 +3,16 @@
 import math
 
 import pytest
-from warm_pair import warm_pair
+from warm_pair import KST_E, warm_pair
 
 from wearlab.scene import Scene
 from wearlab.simulation import simulate
 
 SPEED = 1848.706 / 7.85 * 30.0 / math.pi
 """Of the printed power [rpm]."""
-KST_E = {
-    "gears": {
-        "kind": "external-pair",
-        "module": "1 mm",
-        "centre_distance": "52 mm",
-        "face_width": "15 mm",
-        "material": {
-            "youngs_modulus": "210 GPa",
-            "poisson_ratio": 0.3,
-            "density": "7850 kg/m^3",
-        },
-        "pinion": {"teeth": 51, "tip_diameter": "52.894 mm", "face_width": "17 mm"},
-        "gear": {
-            "teeth": 52,
-            "tip_diameter": "54.022 mm",
-            "usable_tip_diameter": "53.788 mm",
-            "material": {
-                "youngs_modulus": "4156 MPa",
-                "poisson_ratio": 0.34,
-                "density": "1140 kg/m^3",
-            },
-        },
-    },
+RATED = {
+    **KST_E,
     "operation": {"torque": "7.85 N*m", "speed": f"{SPEED} rpm"},
-    "mesh": {"stiffness": "vdi-2736", "extended_contact": False},
     "thermal": {
         "model": "vdi-2736",
         "ambient": "80 degC",
@@ -56,7 +34,7 @@ KST_E = {
 
 @pytest.fixture(scope="module")
 def report():
-    return simulate(Scene.from_mapping(KST_E))
+    return simulate(Scene.from_mapping(RATED))
 
 
 def test_printed_numbers(report):
@@ -103,9 +81,9 @@ def test_strengths_of_known_plastics_only(report):
 
 
 def test_without_thermal_or_rating_there_is_none():
-    plain = {key: value for key, value in KST_E.items() if key != "thermal"}
+    plain = {key: value for key, value in RATED.items() if key != "thermal"}
     assert not [name for name in simulate(Scene.from_mapping(plain)) if "vdi" in name]
-    unrated = {key: value for key, value in KST_E.items() if key != "rating"}
+    unrated = {key: value for key, value in RATED.items() if key != "rating"}
     assert not [name for name in simulate(Scene.from_mapping(unrated)) if "vdi" in name]
 
 

@@ -8,6 +8,22 @@ TORQUE = 420.0  # N m on the input shaft, first load case
 SPEEDS = (1450.0, -300.0)  # 1/min of the input shaft; torque has the same sign
 PINION, WHEEL, SECOND_PINION, SECOND_WHEEL = 21, 62, 19, 58
 
+PLANETARY: dict[str, Any] = {
+    "gears": {
+        "kind": "planetary",
+        "module": "2 mm",
+        "face_width": "25 mm",
+        "planets": 3,
+        "sun": {"teeth": 20, "profile_shift_coefficient": 0.2},
+        "planet": {"teeth": 31, "bore_diameter": "30 mm"},
+        "ring": {"teeth": 82, "rim_diameter": "200 mm"},
+        "centre_distance": "51.4 mm",
+    },
+    "operation": {"torque": "120 N*m", "speed": "900 rpm"},
+    "mesh": {},
+}
+"""A set that goes out as REXS and comes back."""
+
 Attributes = dict[str, tuple[Any, str]]
 
 

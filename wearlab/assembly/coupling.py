@@ -9,6 +9,7 @@ import numpy as np
 from wearlab.assembly import face
 from wearlab.assembly.face_patch import FacePatchSetting, repeated
 from wearlab.assembly.kinds import MeshKindModel
+from wearlab.assembly.life import cycles_of
 from wearlab.assembly.on_clock import OnClock
 from wearlab.assembly.wear_law import build_law
 from wearlab.life import coupled
@@ -69,7 +70,7 @@ def mesh_kind(
 
     Parameters
     ----------
-    scene : the scene
+    scene, gears : the scene and its gear set
     model : physics of the kind of mesh
     on_clock : the meshes on their clock
     of_kind : numbers of the meshes of this kind
@@ -95,11 +96,8 @@ def _limits(scene: Scene, gears: gear_set.GearSet) -> tuple[float, float]:
     until: Any = scene.wear.until if scene.wear else None
     if until is None:
         return 0.0, 0.0
-    turns = [until.cycles or math.inf]
-    turns.append((until.mesh_cycles or math.inf) / gears.reference_teeth)
-    if until.hours is not None:
-        turns.append(3600.0 * until.hours * gears.speed / (2.0 * math.pi))
-    return min(turns), until.depth or math.inf
+    cycles = cycles_of(until, gears)
+    return math.inf if cycles is None else cycles, until.depth or math.inf
 
 
 def _patch(scene: Scene, setting: PatchSetting) -> Any:
