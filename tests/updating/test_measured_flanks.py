@@ -216,3 +216,90 @@ def test_a_flank_with_a_width_is_less_what_was_taken_off_at_its_place(tmp_path):
     np.testing.assert_allclose(found.value, expected, atol=1e-9)
     with pytest.raises(UpdateError, match=r"select\.face_position: required"):
         seen(tmp_path / "flank.csv", scene=FACED, **more | {"select": None})
+
+
+FLEET_HEAD = HEAD.replace('discrepancy = "none"\n', "")
+OF_UNIT = """
+[[update.data]]
+file     = "{file}"
+quantity = "wear_depth"
+flank    = "pinion"
+error    = {{ sd = "0.5 um" }}
+unit     = "{unit}"
+at       = {cycle!r}
+"""
+OF_ALL = """
+[[update.data]]
+file     = "all.csv"
+quantity = "wear_depth"
+flank    = "pinion"
+error    = { sd = "0.5 um" }
+columns  = { unit = "box", cycle = "cycle", path_position = "s", value = "h" }
+units    = { s = "m", h = "m" }
+"""
+NEVER_MEASURED = """
+[[update.unit]]
+name = "D"
+"""
+
+
+def flanks_of_a_fleet(folder):
+    """Write three units' flanks, of which B wears twice as fast, and one table."""
+    (folder / "weighings.csv").write_text(WEIGHINGS)
+    (folder / "scene.toml").write_text(STATIC)
+    scene = wl.load(folder / "scene.toml").cases[0].scene
+    run = wl.simulate(scene).sel(flank="pinion")
+    place, first = np.unique(run["path_position"].values, return_index=True)
+    some = np.round(np.linspace(0, len(place) - 1, 9)).astype(int)
+    place = place[some]
+    blocks = []
+    rows = []
+    for unit, state, pace in (("A", 1, 1.0), ("A", 2, 1.0), ("B", 3, 2.0), ("C", 2, 1)):
+        cycle = float(run["cycle"][state]) / pace
+        depth = run["wear_depth"].values[state][first][some]
+        pairs = list(zip(place.tolist(), depth.tolist(), strict=True))
+        name = f"{unit}{state}.csv"
+        text = "".join(f"{s!r},{h!r}\n" for s, h in pairs)
+        (folder / name).write_text(f"path_position [m],depth [m]\n{text}")
+        blocks.append(OF_UNIT.format(file=name, unit=unit, cycle=cycle))
+        rows += [f"{unit},{cycle!r},{s!r},{h!r}\n" for s, h in pairs]
+    (folder / "all.csv").write_text("box,cycle,s,h\n" + "".join(rows))
+    return "".join(blocks)
+
+
+def test_flanks_of_a_fleet_count_as_the_same_points_in_a_table(tmp_path, store):
+    """Units of which a block tells nothing, and one never measured, are among them."""
+    blocks = flanks_of_a_fleet(tmp_path)
+    (tmp_path / "flanks.toml").write_text(FLEET_HEAD + blocks + NEVER_MEASURED)
+    (tmp_path / "table.toml").write_text(FLEET_HEAD + OF_ALL + NEVER_MEASURED)
+    by_flanks = update(wl.load(tmp_path / "flanks.toml"), store, progress=False)
+    by_table = update(wl.load(tmp_path / "table.toml"), store, progress=False)
+    units = by_flanks["predictions"]["unit"].values.tolist()
+    assert units == by_table["predictions"]["unit"].values.tolist() == [*"ABCD"]
+    name = "life_quantile"
+    lives = by_flanks["predictions"][name].values
+    expected = by_table["predictions"][name].values
+    np.testing.assert_allclose(lives, expected, rtol=1e-3)
+    pace = by_flanks["predictions"]["pace"].values
+    assert pace[1] / pace[0] == pytest.approx(2.0, rel=0.1)
+
+
+@pytest.mark.parametrize(
+    ("more", "said"),
+    [
+        ({}, r"update\.data\[0\]\.unit: required of a fleet: whose flank was measured"),
+        ({"unit": "A", "at": None, "columns": {"unit": "box"}}, "unit belongs to a"),
+    ],
+)
+def test_a_flank_of_a_fleet_names_its_unit(tmp_path, more, said):
+    data = {
+        "file": "flank.csv",
+        "quantity": "wear_depth",
+        "flank": "pinion",
+        "at": 1e6,
+        "error": {"sd": "1 um"},
+    } | more
+    present = {key: value for key, value in data.items() if value is not None}
+    table = {"unknown": UNKNOWN, "data": [present], "unit": [{"name": "A"}]}
+    with pytest.raises(CampaignError, match=said):
+        read_update(table)

@@ -66,7 +66,7 @@ def read_update(table: Any) -> UpdateSpec:
 
 def _is_of_a_fleet(block: UpdateBlock) -> bool:
     """Whether several units were measured."""
-    names_units = any(data.columns.unit for data in block.data)
+    names_units = any(data.columns.unit or data.unit for data in block.data)
     return block.population is not None or bool(block.unit) or names_units
 
 
@@ -231,12 +231,9 @@ def _not_of_a_fleet(block: UpdateBlock, unknown: Sequence[str]) -> Iterator[str]
 
 def _data_not_of_a_fleet(data: DataBlock) -> Iterator[str]:
     """Yield what is wrong with measurements of a fleet, key first."""
-    if data.at is not None:
-        yield (
-            "at: of a fleet, flanks stand in a table with columns = { unit, hours, "
-            "diameter }"
-        )
-    elif data.columns.unit is None:
+    if data.at is not None and data.unit is None:
+        yield "unit: required of a fleet: whose flank was measured"
+    elif data.at is None and data.columns.unit is None:
         yield "columns.unit: required of a fleet: which unit a row is of"
     if data.error.drift is not None:
         yield f"error.drift: of a fleet, use {POPULATION}.straying"

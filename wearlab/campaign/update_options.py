@@ -31,6 +31,8 @@ WHEN = ("cycle", "hours", "mesh_cycles", "date")
 WHERE = ("diameter", "roll_angle", "path_position")
 DESCRIPTION = ("side", "teeth", "x", "y", "zero", "direction", "continuation")
 """Options that describe a measured flank, as ``wear.initial`` has them."""
+UNSTATED = ("sheet", "decimal", "at", "unit", *DESCRIPTION)
+"""Options of files that the identity of an update leaves out where nothing is said."""
 OIL_AGES = ("oil_hours", "oil_changed")
 PREVIOUS = "previous"
 ALL_MEMBERS = "all"
@@ -197,7 +199,7 @@ class TableFile(ClosedTable):
         return [
             (name, value)
             for name, value in super().__repr_args__()
-            if value is not None or name not in ("sheet", "decimal", "at", *DESCRIPTION)
+            if value is not None or name not in UNSTATED
         ]
 
 
@@ -246,6 +248,8 @@ class DataBlock(TableFile):
     at: Annotated[float, Ge(0.0)] | str | date_ | None = None
     """of a flank that was measured once, its file described as in wear.initial: cycles,
     hours ("5000 h") or a date [columns say when]"""
+    unit: str | None = None
+    """of a fleet, with at: the unit whose flank was measured [required there]"""
     side: Literal["left", "right"] | None = None
     """of a measuring machine's file (.mka): which side of the teeth [required there]"""
     teeth: Literal["mean"] | Count | None = None
@@ -291,6 +295,11 @@ class DataBlock(TableFile):
             raise ValueError(
                 f"{about} a flank that was measured once: say when, such as at = "
                 "'5000 h'"
+            )
+        if self.at is None and self.unit is not None:
+            raise ValueError(
+                "unit belongs to a flank that was measured once (at): of a table, "
+                "columns.unit names the column that says which unit a row is of"
             )
         if self.at is None:
             return self
@@ -713,6 +722,11 @@ class Data(DataBlock):
     def where(self) -> str | None:
         """The member or flank that was measured."""
         return self.flank if self.member is None else self.member
+
+    @property
+    def sheet_name(self) -> str:
+        """Under what its values count as one sheet: what one machine measured does."""
+        return self.place if self.at is None else f"{self.flank} measured"
 
     @property
     def cases(self) -> tuple[str, ...]:

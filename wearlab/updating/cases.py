@@ -338,14 +338,20 @@ def _measured(
     """
     clock = unit_clock.clock_of(spec, unit, days, common=common)
     observations = tuple(
-        measurements.read_observations(data, clock.of_dates, unit)
-        if data.at is None
-        else measured_flanks.read_flank(
-            data, _scene_measured(data, of_cases), clock.of_dates
-        )
-        for data in spec.data
+        _observed(data, unit, clock.of_dates, of_cases) for data in spec.data
     )
     return observations, clock.record, clock.calendar
+
+
+def _observed(
+    data: Data, unit: str | None, calendar: Calendar | None, of_cases: Sequence[Case]
+) -> Observed:
+    """Return the observations of a block, of a fleet those of one unit."""
+    if data.at is None:
+        return measurements.read_observations(data, calendar, unit)
+    if data.unit != unit:
+        return measured_flanks.nothing_of(data)
+    return measured_flanks.read_flank(data, _scene_measured(data, of_cases), calendar)
 
 
 def _scene_measured(data: Data, of_cases: Sequence[Case]) -> Scene:

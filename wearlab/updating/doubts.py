@@ -21,8 +21,8 @@ from wearlab.updating.sheet_doubts import (
 
 THINNED = 4  # points of a grid, of which one is taken where they are finer than needed
 
-Sheets = Mapping[int, tuple[int, ...]]
-"""The blocks of each sheet, by its number in the file."""
+Sheets = Mapping[str, tuple[int, ...]]
+"""The blocks of each sheet, by its name."""
 
 
 def sheets_of(blocks: Blocks) -> Sheets:
@@ -34,11 +34,11 @@ def sheets_of(blocks: Blocks) -> Sheets:
     ----------
     blocks : observations
     """
-    sheets: dict[int, tuple[int, ...]] = {}
+    sheets: dict[str, tuple[int, ...]] = {}
     for n, block in enumerate(blocks):
         if len(block.rows) and not block.data.error.gain_sd:
-            number = block.data.number
-            sheets[number] = (*sheets.get(number, ()), n)
+            name = block.data.sheet_name
+            sheets[name] = (*sheets.get(name, ()), n)
     return sheets
 
 

@@ -9,6 +9,7 @@ from wearlab.campaign.distributions import Distribution
 from wearlab.updating.run_curves import ObservationPoints, RunCurve, RunHistory
 
 POWER, STRAYING, SPREAD, MEDIAN = "power", "straying", "spread", "median"
+SMALLEST_WORN = 1e-100  # [SI], in place of nothing
 
 
 class Parameter(NamedTuple):
@@ -70,10 +71,11 @@ class Shared(NamedTuple):
         curve : the quantity over its cycles
         factor : on the wear coefficient
         """
+        places = np.arange(curve.value.shape[1])
+        if not len(places):  # of a profile that was not measured of this unit
+            return np.full(np.shape(factor), SMALLEST_WORN)
         cycles = run.start + self.reference * factor[..., None] / run.factor
-        return np.maximum(
-            curve.at(cycles, np.arange(curve.value.shape[1])).mean(axis=-1), 1e-100
-        )
+        return np.maximum(curve.at(cycles, places).mean(axis=-1), SMALLEST_WORN)
 
     def mean(
         self,

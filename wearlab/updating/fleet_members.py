@@ -73,17 +73,17 @@ class FleetMember:
         return np.unique([inspection.cycle for _, inspection in self.inspections])
 
     @cached_property
-    def sheets(self) -> list[int]:
-        """The numbers of those blocks of the file that tell where the unit stands.
+    def sheets(self) -> list[str]:
+        """The names of those sheets that tell where the unit stands.
 
         Each but once; a block with an unknown gain has a scale of its own anyway.
         """
-        numbers = [
-            block.data.number
+        names = [
+            block.data.sheet_name
             for block in self.blocks
             if len(block.rows) and not block.data.error.gain_sd
         ]
-        return list(dict.fromkeys(numbers))
+        return list(dict.fromkeys(names))
 
     @cached_property
     def readings(self) -> tuple[SheetReading, ...]:
@@ -96,11 +96,11 @@ class FleetMember:
             readings.append(SheetReading(sound, aside, log_doubt))
         return tuple(readings)
 
-    def _with_sheet(self, number: int, *, kept: bool) -> "FleetMember":
+    def _with_sheet(self, name: str, *, kept: bool) -> "FleetMember":
         """Return the unit with one sheet alone, or with all others."""
         blocks = [
             block
-            if (block.data.number == number) is kept
+            if (block.data.sheet_name == name) is kept
             else replace(block, rows=block.rows[:0])
             for block in self.blocks
         ]

@@ -41,9 +41,29 @@ def read_flank(data: Data, scene: Scene, calendar: Calendar | None) -> Observed:
         place_kind="path_position",
         place=place,
         row=np.arange(1, count + 1),
-        fingerprint=hashlib.sha256(
-            files.read_regular(data.file, LARGEST_FILE)
-        ).hexdigest(),
+        fingerprint=_fingerprint(data),
+    )
+
+
+def nothing_of(data: Data) -> Observed:
+    """Return the wear of a flank of which another unit of a fleet has all there is.
+
+    Parameters
+    ----------
+    data : the block
+    """
+    empty = np.zeros(0)
+    return Observed(
+        data=data,
+        clock="cycle" if isinstance(data.at, float | int) else "hours",
+        time=empty,
+        value=empty,
+        sd=empty,
+        below=empty,
+        place_kind="path_position",
+        place=empty,
+        row=np.zeros(0, np.intp),
+        fingerprint=_fingerprint(data),
     )
 
 
@@ -72,6 +92,11 @@ def of_scene(observed: Observed, scene: Scene) -> Observed:
         below=np.full(count, np.nan),
         row=np.arange(1, count + 1),
     )
+
+
+def _fingerprint(data: Data) -> str:
+    """Return the hash of a block's file."""
+    return hashlib.sha256(files.read_regular(data.file, LARGEST_FILE)).hexdigest()
 
 
 def _time_of(data: Data, calendar: Calendar | None) -> tuple[str, float]:

@@ -493,7 +493,7 @@ def _seconds(
 
 
 def units_of(data: Data) -> list[str]:
-    """Return the units of a fleet that a block's file names, in its order.
+    """Return the units of a fleet that a block or its file names, in its order.
 
     Parameters
     ----------
@@ -503,6 +503,8 @@ def units_of(data: Data) -> list[str]:
     ------
     UpdateError : the file cannot be read, or a row names no unit
     """
+    if data.unit is not None:
+        return [data.unit]
     columns, *_ = columns_of(data)
     texts = np.array(columns.table.cells[columns.names["unit"]], dtype=object)
     columns.refuse(np.asarray(texts == "", bool), "unit", "is empty: which unit is it?")
