@@ -1,6 +1,7 @@
 import json
 from dataclasses import replace
 
+import made_up
 import numpy as np
 import pytest
 
@@ -496,3 +497,59 @@ def test_runs_of_several_torques_are_told_where_one_is_asked_for(asked):
     )
     assert asked.store.query("life > 2").notes == ()
     assert asked.store.query("speed > 2 rpm").notes[0].startswith("speed: 1 run has")
+
+
+@pytest.fixture
+def in_files(tmp_path):
+    """Return a function from a condition to the ids of runs with three conditions."""
+    store = Store(tmp_path / "store")
+    store.archive.create()
+    for name, torques in (("a", [310.0, 95.0, 180.0]), ("b", [20.0, 10.0, 40.0])):
+        duty_torque = ("duty", torques, {"units": "N m", "display_units": "N*m"})
+        made_up.put(store, name * 20, made_up.run(1.0).assign(duty_torque=duty_torque))
+
+    def ask(where):
+        table = store.query(where)
+        return "".join(run_id[0] for run_id in table["id"]), table.notes
+
+    return ask
+
+
+@pytest.mark.parametrize(
+    ("where", "found"),
+    [
+        ("duty_torque > 200 N*m", "a"),
+        ("duty_torque < 50 N*m", "b"),
+        ("duty_torque = 180 N*m", "a"),  # neither the smallest nor the largest
+        ("duty_torque != 180 N*m", "ab"),
+        ("150 N*m < duty_torque < 200 N*m", "a"),
+        ("duty_torque between 100 N*m and 150 N*m", ""),
+        ("duty_torque in [20 N*m, 7 N*m]", "b"),
+        ("not duty_torque > 200 N*m", "b"),
+        ("duty_torque is missing", ""),
+        ("wear_depth > 0.1 um", "ab"),
+        ("wear_depth > 1 km", ""),
+    ],
+)
+def test_results_that_files_alone_have_are_compared(in_files, where, found):
+    """No run was found by them, and nothing said so."""
+    assert in_files(where)[0] == found
+
+
+def test_a_value_in_the_middle_of_several_is_found(tmp_path):
+    """The smallest and the largest alone were compared."""
+    store = Store(tmp_path / "store")
+    store.archive.create()
+    flanks = ["sun", "planet-sun", "planet-ring", "ring"]
+    data = made_up.run(1.0).drop_dims("flank")
+    safeties = ("flank", [1.1, 1.3, 1.7, 1.9], {"units": "1"})
+    data = data.assign(iso_pitting_safety=safeties).assign_coords(flank=flanks)
+    made_up.put(store, "a" * 20, data)
+    for where, found in (("between 1.2 and 1.4", 1), ("between 1.4 and 1.6", 0)):
+        assert len(store.query(f"iso_pitting_safety {where}")) == found
+    assert len(store.query("iso_pitting_safety = 1.7")) == 1
+
+
+def test_texts_at_places_are_no_condition(in_files):
+    with pytest.raises(QueryError, match="a text at each place of flank"):
+        in_files("flank_side = left")

@@ -127,7 +127,9 @@ Holds = Callable[[Mapping[str, Any]], bool | None]
 HISTORY = "()"
 """After the name of a result: its values at all wear states."""
 EVERY = "[]"
-"""After the name of a result with several values: all that a comparison asks."""
+"""After the name of a result with several values: its smallest and its largest."""
+ALL = "[*]"
+"""After the name of a result with several values: all of them."""
 
 
 DAY = len("2026-01-01")
@@ -167,10 +169,12 @@ class BoundCondition(NamedTuple):
     keys : that it names
     holds : values by full name, SI → whether it holds, None when a value it depends on
         is missing; a tuple has several values, of which one has to meet a comparison
+    whole : results of which all values are asked, not the smallest and largest alone
     """
 
     keys: tuple[Key, ...]
     holds: Holds
+    whole: frozenset[str] = frozenset()
 
 
 def joined(
@@ -236,7 +240,7 @@ def _compared_values(
         return None
     every = None
     if isinstance(operand, Key) and operand.any_value:
-        every = values.get(operand.name + EVERY)
+        every = every_value(operand, values)
     if every is None:
         return value if isinstance(value, tuple) else (value,)
     if sign in ("<", "<="):
@@ -244,6 +248,18 @@ def _compared_values(
     if sign in (">", ">="):
         return (max(every),)
     return tuple(every)
+
+
+def every_value(key: Key, values: Mapping[str, Any]) -> tuple[float, ...] | None:
+    """Return the values that a comparison asks of a result, None where it has one.
+
+    Parameters
+    ----------
+    key : of the result
+    values : of a run, by full name
+    """
+    extremes: tuple[float, ...] | None = values.get(key.name + EVERY)
+    return values.get(key.name + ALL) or extremes
 
 
 def one_value_meets(
@@ -257,10 +273,10 @@ def one_value_meets(
     parts : both comparisons
     values : of a run, by full name
     """
-    every = values.get(key.name + EVERY)
+    every = every_value(key, values)
     if every is None:
         return joined(parts, False, values)
-    single_values = ({**values, key.name + EVERY: (value,)} for value in every)
+    single_values = ({**values, key.name + ALL: (value,)} for value in every)
     return any(joined(parts, False, single) for single in single_values)
 
 

@@ -155,7 +155,7 @@ def read_condition(text: str, vocabulary: Vocabulary) -> BoundCondition:
     reader = _Grammar(text, vocabulary)
     answer = reader.condition(0)
     reader.expect(THEN, "end")
-    return BoundCondition(tuple(reader.keys), answer)
+    return BoundCondition(tuple(reader.keys), answer, frozenset(reader.whole))
 
 
 def read_column(text: str, vocabulary: Vocabulary) -> Key | FirstCycle:
@@ -244,6 +244,7 @@ class _Grammar:
         self.words = tokens(text)
         self.place = 0
         self.keys: dict[Key, None] = {}
+        self.whole: set[str] = set()
 
     @property
     def word(self) -> Token:
@@ -334,6 +335,7 @@ class _Grammar:
         """Return two comparisons of one operand, that a single value has to meet."""
         key = None if isinstance(middle, Literal) else self.bound(middle)
         if isinstance(key, Key) and key.any_value:
+            self.whole.add(key.name)
             return partial(one_value_meets, key, (first, second))
         return partial(joined, (first, second), False)
 
@@ -354,6 +356,8 @@ class _Grammar:
             raise QueryError(
                 f"{key.name!r} is a number and contains no text", self.text, left.at
             )
+        if sign in ("=", "!=") and key.any_value:
+            self.whole.add(key.name)
         return sign, bound, self.value(right, key)
 
     def _list(self) -> list[Any]:

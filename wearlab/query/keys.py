@@ -364,14 +364,15 @@ def key_of(name: str, source: str, kind: str) -> Key:
     if source == "scene":
         return scene_key(name, kind == "text")
     variable = _variable(name)
+    dims = variable.dims if variable and _is_variable(name) else ()
     if kind == "text" or variable is None:
-        return Key(name, kind)
+        return Key(name, kind, dims=dims)
     return Key(
         name,
         kind,
         variable.units,
         display_unit=variable.display_units,
-        dims=variable.dims if _is_variable(name) else (),
+        dims=dims,
     )
 
 

@@ -6,6 +6,7 @@ No catalogue keeps these numbers. Of a file only the variables in the formula ar
 from collections.abc import Iterable, Sequence
 from typing import Any
 
+import numpy as np
 import xarray as xr
 
 from wearlab.query import Key
@@ -70,6 +71,28 @@ class FormulaColumns:
                 number = self._number(key, entry, layouts[str(entry.layout)])
             self._numbers[key.name, entry.id] = number
         return [self._numbers.get((key.name, run_id)) for run_id in run_ids]
+
+    def all_values(self, name: str, run_id: str) -> list[float] | None:
+        """Return the distinct values of a variable in a run, None where it has none.
+
+        Parameters
+        ----------
+        name : of the variable
+        run_id : of the run
+        """
+        entry = self.catalogue.entries([run_id], "sizes")[run_id]
+        if not entry.layout:
+            return None
+        layout = self.catalogue.layouts([str(entry.layout)])[str(entry.layout)]
+        if name not in layout["variables"]:
+            return None
+        try:
+            values = self._dataset(entry, layout, [name])[name].values
+        except StoreError as error:
+            self.unreadable[run_id] = str(error)
+            return None
+        distinct: list[float] = np.unique(values).tolist()
+        return distinct
 
     def refuse_unknown_places(self) -> None:
         """Refuse a formula that names a place which no run has.

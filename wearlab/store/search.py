@@ -22,10 +22,16 @@ from wearlab.query import (
     read_column,
     read_condition,
 )
-from wearlab.query.evaluate import EVERY, HISTORY, BoundCondition, FirstCycle
+from wearlab.query.evaluate import (
+    ALL,
+    EVERY,
+    HISTORY,
+    BoundCondition,
+    FirstCycle,
+)
 from wearlab.query.formula import AmountError, parse_formula
 from wearlab.sources import present_hashes
-from wearlab.store import catalogue, database, remarks
+from wearlab.store import catalogue, database, description, remarks
 from wearlab.store.files import RunFiles
 from wearlab.store.formula_columns import FormulaColumns
 from wearlab.store.table import Column, Table
@@ -145,6 +151,7 @@ class CatalogueSearch:
             if row[3] != "history"
         ]
         self.axes: set[str] = set()
+        self.in_files: dict[str, Key] = {}  # results that no catalogue keeps
         self.vocabulary = Vocabulary(
             [*stored_keys, *OWN_KEYS],
             ALIASES,
@@ -169,7 +176,10 @@ class CatalogueSearch:
 
         A result, a value of a scene, or a campaign's axis.
         """
-        declared = keys.declared_key(name) or keys.declared_scene_key(name)
+        result = keys.declared_key(name)
+        if result is not None and result.dims:
+            return self._in_files(result)
+        declared = result or keys.declared_scene_key(name)
         if declared is not None:
             return declared
         mark = f"%{json.dumps(name)}:%"
@@ -179,6 +189,18 @@ class CatalogueSearch:
             return keys.declared_scene_end(name)
         self.axes.add(name)
         return Key(name, "text")
+
+    def _in_files(self, key: Key) -> Key | str:
+        """Return the key of a result with several values that only files have."""
+        if key.kind == "text":
+            return (
+                f"has a text at each place of {' and '.join(key.dims)}, which stands "
+                "in the run's dataset alone"
+            )
+        if key.is_kept or self.formulas is None:
+            return key
+        self.in_files[key.name] = key._replace(any_value=True)
+        return self.in_files[key.name]
 
     def page(
         self,
@@ -340,14 +362,18 @@ class CatalogueSearch:
             names.append(key.name)
             if key.any_value:
                 several_values.append(key.name)
-        names += [name + EVERY for name in several_values]
+        whole = frozenset() if condition is None else condition.whole
+        asked = {
+            name: name + (ALL if name in whole else EVERY) for name in several_values
+        }
+        names += asked.values()
 
         ambiguous = set()
         known: list[tuple[Any, Run]] = []
         missing: list[tuple[Any, Run]] = []
         for run, values in zip(runs, self._values(names, runs), strict=True):
-            for name in several_values:
-                if len(values.get(name + EVERY) or ()) > 1:
+            for name, every in asked.items():
+                if len(values.get(every) or ()) > 1:
                     ambiguous.add(name)
             if condition is None or condition.holds(values):
                 rank = None if by is None else _rank(evaluate.value_of(by, values))
@@ -387,11 +413,15 @@ class CatalogueSearch:
         """
         numbers, ids = zip(*runs, strict=True)
         formula = self.vocabulary.formulas.get(name)
+        if name in self.in_files:
+            formula = _formula(f"max({name})")
         if formula is not None and self.formulas is not None:
             try:
                 return self.formulas.values(formula, ids)
             except AmountError as error:
                 raise QueryError(str(error), name, 0) from error
+        if name.endswith(ALL):
+            return self._all_values(name.removesuffix(ALL), runs)
         if name.endswith(EVERY):
             return self._every_value(name.removesuffix(EVERY), runs)
         if name in (*OF_REMARKS, *OF_CAMPAIGNS, *self.axes):
@@ -438,27 +468,51 @@ class CatalogueSearch:
             for history in histories
         ]
 
+    def _all_values(
+        self, name: str, runs: Sequence[Run]
+    ) -> list[tuple[float, ...] | None] | None:
+        """Return all values of a result, None where no run has any.
+
+        They are read from files where what the catalogue keeps is not all.
+        """
+        kept = self._every_value(name, runs)
+        if kept is None or self.formulas is None:
+            return kept
+        dims = set(self._dims(name))
+        if name + HISTORY in self.numbers:
+            dims.discard(description.LIFE)  # each state has extremes of its own
+        entries = self.catalogue.entries((run_id for _, run_id in runs), "sizes")
+        values = []
+        for (_, run_id), known in zip(runs, kept, strict=True):
+            sizes = entries[run_id].sizes
+            places = math.prod(sizes.get(dim, 1) for dim in dims)
+            read = self.formulas.all_values(name, run_id) if places > 2 else None
+            values.append(known if read is None else _finite(read))
+        return values
+
+    def _dims(self, name: str) -> tuple[str, ...]:
+        """Return the dimensions of a result."""
+        return (self.in_files.get(name) or self.vocabulary.keys[name]).dims
+
     def _extremes(
         self, name: str, runs: Sequence[Run]
     ) -> list[tuple[float, ...] | None] | None:
         """Return the smallest and the largest value of a result, of each run.
 
-        The catalogue keeps the largest; the smallest is read from the files of those
-        runs that have several.
+        The catalogue keeps the largest of most; the smallest is read from the files of
+        those runs that have several.
         """
         largest = self._column(name, runs)
         if largest is None or self.formulas is None:
             return None
-        dims = self.vocabulary.keys[name].dims
+        dims = self._dims(name)
         entries = self.catalogue.entries((run_id for _, run_id in runs), "sizes")
         several = [
             run_id
             for run_id, entry in entries.items()
             if math.prod(entry.sizes.get(dim, 1) for dim in dims) > 1
         ]
-        text = f"min({name})"
-        formula = Key(text, formula=parse_formula(text))
-        values = self.formulas.values(formula, several)
+        values = self.formulas.values(_formula(f"min({name})"), several)
         smallest = dict(zip(several, values, strict=True))
         extremes: list[tuple[float, ...] | None] = []
         for (_, run_id), value in zip(runs, largest, strict=True):
@@ -491,6 +545,11 @@ def _key(
     if quantity is not None and quantity not in KINDS:
         raise ValueError(f"{str(quantity)[:20]!r} is no quantity")
     return Key(name, kind, unit, quantity, shown, source == "scene")
+
+
+def _formula(text: str) -> Key:
+    """Return the key of a formula of results."""
+    return Key(text, formula=parse_formula(text))
 
 
 def _keys_of(column: Key | FirstCycle) -> tuple[Key, ...]:
