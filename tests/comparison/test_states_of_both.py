@@ -131,3 +131,48 @@ def test_no_state_in_common_but_the_first_leaves_a_dash():
     found = compare(run([0.0, 0.5 * LIFE, LIFE]), late)
     row = next(row for row in quantity_rows(found) if row[0].startswith("mesh stiff"))
     assert row[1:3] == ("—", "—") and row[4] == "—"
+
+
+PHASES = np.arange(64) / 64
+
+
+def jumping(onset, between=0.0):
+    """Return a run whose pairs come into contact at a phase, at states of a life."""
+    data = run(STEPS)
+    step = np.where((PHASES >= 0.25) & (PHASES < 0.6), 1.0, 0.0)
+    beside = np.where((PHASES >= onset) & (PHASES < 0.6), 1.0, 0.0)
+    wave = 4e8 + 1e8 * ((1.0 - between) * step + between * beside)
+    waves = np.broadcast_to(wave, (len(STEPS), 1, len(PHASES)))
+    attributes = data["mesh_stiffness"].attrs
+    stiffness = (("update", "mesh", "phase"), waves, attributes)
+    return data.drop_dims("phase").assign(mesh_stiffness=stiffness)
+
+
+@pytest.mark.parametrize("between", [0.3, 1.0])
+def test_a_jump_between_two_phases_is_no_difference(between):
+    """One scene with other snapshots was 2.6 % off where pairs come into contact."""
+    found = compare(jumping(0.25), jumping(0.25 + 1 / 64, between))
+    stiffness = found.sel(quantity="mesh_stiffness")
+    assert float(stiffness["largest_relative_difference"]) == 0.0
+    moved = compare(jumping(0.25), jumping(0.25 + 3 / 64, between))
+    stiffness = moved.sel(quantity="mesh_stiffness")
+    share = float(stiffness["largest_relative_difference"])
+    assert share == pytest.approx(between * 1e8 / 5e8)
+
+
+def test_periods_are_compared_beside_their_estimates():
+    """Harmonics and transmission errors had an estimate, which was not shown."""
+    runs = []
+    for factor in (1.0, 1.002):
+        data = run(STEPS)
+        dims = ("update", "mesh", "harmonic")
+        harmonics = np.full((len(STEPS), 1, 3), 1e7 * factor)
+        estimate = np.full(len(STEPS), 1.5e4)
+        data = data.assign(
+            stiffness_harmonics=(dims, harmonics, {"units": "N m-1"}),
+            error_estimate_stiffness=("update", estimate, {"units": "N m-1"}),
+        )
+        runs.append(data)
+    found = compare(*runs).sel(quantity="stiffness_harmonics")
+    assert found["relative_estimate"].values[-1] == pytest.approx(3e4 / 1.002e7)
+    assert found["differs"] == 0

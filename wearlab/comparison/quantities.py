@@ -18,6 +18,8 @@ DEPTH = "wear_depth"
 MAX_DEPTH = "max_wear_depth"
 OF_DEPTH = "error_estimate_wear_depth"
 OF_FORCE = "error_estimate_mesh_force"
+OF_STIFFNESS = "error_estimate_stiffness"
+OF_STE = "error_estimate_transmission_error"
 ROUND_OFF = 1e-12
 """Relative difference that is none."""
 
@@ -40,6 +42,7 @@ class Quantity(NamedTuple):
     of : variable of the run → values at its wear states [as they are]
     estimate : variable of the run that estimates its numerical error, "" for none
     weight : how often the estimate goes into the error
+    jumps : whether its wave jumps where pairs come into contact
     """
 
     name: str
@@ -48,6 +51,7 @@ class Quantity(NamedTuple):
     of: Callable[[xr.DataArray], xr.DataArray] = lambda values: values
     estimate: str = ""
     weight: float = 1.0
+    jumps: bool = False
 
     @property
     def attributes(self) -> dict[str, str]:
@@ -128,7 +132,7 @@ def _spectrum(waves: Array) -> Array:
 QUANTITIES = (
     Quantity(DEPTH, DEPTH, "wear depth", estimate=OF_DEPTH),
     Quantity(MAX_DEPTH, MAX_DEPTH, "largest wear depth", estimate=OF_DEPTH),
-    Quantity("mesh_stiffness", "mesh_stiffness", "mesh stiffness (TVMS)"),
+    Quantity("mesh_stiffness", "mesh_stiffness", "mesh stiffness (TVMS)", jumps=True),
     Quantity(
         "stiffness_peak_to_peak",
         "mesh_stiffness",
@@ -136,12 +140,25 @@ QUANTITIES = (
         _range,
     ),
     Quantity(
-        "stiffness_harmonics", "stiffness_harmonics", "harmonics of the mesh stiffness"
+        "stiffness_harmonics",
+        "stiffness_harmonics",
+        "harmonics of the mesh stiffness",
+        estimate=OF_STIFFNESS,
     ),
-    Quantity(STE, STE, "static transmission error"),
-    Quantity("ste_peak_to_peak", STE, "range of the static transmission error", _range),
+    Quantity(STE, STE, "static transmission error", estimate=OF_STE),
     Quantity(
-        "ste_harmonics", "ste_harmonics", "harmonics of the static transmission error"
+        "ste_peak_to_peak",
+        STE,
+        "range of the static transmission error",
+        _range,
+        OF_STE,
+        weight=2.0,
+    ),
+    Quantity(
+        "ste_harmonics",
+        "ste_harmonics",
+        "harmonics of the static transmission error",
+        estimate=OF_STE,
     ),
     Quantity(
         FORCE,

@@ -25,6 +25,7 @@ from wearlab.comparison.states import (
     Stands,
     WearAtPositions,
     at_near_states,
+    beyond_jumps,
     brackets,
     common,
     positions,
@@ -54,12 +55,14 @@ def compare_runs(a: xr.Dataset, b: xr.Dataset, on: str, tolerance: float) -> xr.
     """Return two runs side by side at the same cycles or wear depths.
 
     Every quantity q stands as ``q(run, state, …)`` with ``q_difference(state, …)`` = B
-    − A. Wear depths are known at any position (by the wear rates), other quantities
-    where both runs have a wear state near, NaN elsewhere. How much they differ,
-    ``relative_difference(quantity, state)``, is max|B − A| at a state over max(|A|,
-    |B|) of all states; ``relative_estimate`` is how much of it the runs' own error
-    estimates explain, NaN without any, and ``differs(quantity)`` whether it is more
-    than that. ``first_difference(quantity)`` is where it first exceeds tolerance and
+    − A; of the mesh stiffness, which jumps between stored phases, what lies beyond the
+    values at the phases beside it. Wear depths are known at any position (by the wear
+    rates), other quantities where both runs have a wear state near, NaN elsewhere.
+
+    How much they differ, ``relative_difference(quantity, state)``, is max|B − A| at a
+    state over max(|A|, |B|) of all states; ``relative_estimate`` is how much of it the
+    runs' own error estimates explain, NaN without any, and ``differs(quantity)``
+    whether it is more than that. ``first_difference(quantity)`` is where it first exceeds tolerance and
     estimate, linear between states.
 
     Parameters
@@ -85,10 +88,13 @@ def compare_runs(a: xr.Dataset, b: xr.Dataset, on: str, tolerance: float) -> xr.
         if quantity.source not in a or quantity.source not in b:
             continue
         values_a, values_b = same_nodes(at_a.values(quantity), at_b.values(quantity))
-        variables |= _side_by_side(quantity, values_a, values_b)
+        compared = _side_by_side(quantity, values_a, values_b)
+        variables |= compared
         scale = _scale(values_a.values, values_b.values)
-        relative[quantity.name] = _relative(values_a.values, values_b.values, scale)
+        difference = compared[f"{quantity.name}_difference"].values
+        relative[quantity.name] = _relative(difference, scale)
         estimate = at_a.estimate(quantity) + at_b.estimate(quantity)
+        estimate = np.where(estimate > 0.0, estimate, np.nan)
         estimates[quantity.name] = estimate / scale if scale > 0.0 else 0.0 * estimate
     if not relative:
         raise CompareError("the runs have no variable in common that is compared")
@@ -175,6 +181,8 @@ class _RunAtPositions:
         quantity : what is compared
         """
         count = len(self.around.share)
+        if not quantity.estimate:
+            return self._from_state_beside(quantity)
         if quantity.estimate not in self.run:
             return np.full(count, np.nan)
         stored = self.run[quantity.estimate]
@@ -184,8 +192,29 @@ class _RunAtPositions:
             ends = np.stack([self.around.below, self.around.above])
             error = np.nanmax(stored.values[ends], axis=0)
         if self.wear is not None and quantity.source in (DEPTH, MAX_DEPTH):
-            error = error + self.wear.error
-        return quantity.weight * error
+            return quantity.weight * (error + self.wear.error)
+        return quantity.weight * error + self._from_state_beside(quantity)
+
+    def _from_state_beside(self, quantity: Quantity) -> Array:
+        """Return how far a quantity at positions is from the state beside, (state,).
+
+        The way to the position is taken as straight, so that it may be off by as much.
+        """
+        stored = values_of(quantity, self.run)
+        if "update" not in stored.dims:
+            return np.zeros(len(self.around.share))
+        here = at_near_states(stored, self.around)
+        beside = at_near_states(stored, self.around.at_state_beside())
+        distance = np.abs(_difference(quantity, beside, here))
+        distance = distance.reshape(len(distance), -1)
+        return np.asarray(np.max(np.nan_to_num(distance), axis=1, initial=0.0))
+
+
+def _difference(quantity: Quantity, a: xr.DataArray, b: xr.DataArray) -> Array:
+    """Return B − A, of what jumps that beyond the values at the phases beside it."""
+    if quantity.jumps and "phase" in a.dims:
+        return beyond_jumps(a, b)
+    return np.asarray(b.values - a.values)
 
 
 def _scalars(a: xr.Dataset, b: xr.Dataset) -> dict[str, Any]:
@@ -225,10 +254,12 @@ def _side_by_side(
     pair = np.stack([values_a.values, values_b.transpose(*dims).values])
     values = xr.DataArray(pair, values_a.coords, ("run", *dims), attrs=attributes)
 
-    difference = values_a.copy(data=pair[1] - pair[0])
-    difference = difference.assign_attrs(
-        {**attributes, "long_name": f"{quantity.long_name}: B − A"}
-    )
+    long_name = f"{quantity.long_name}: B − A"
+    if quantity.jumps:
+        long_name += ", beyond the values at the phases beside it"
+    distance = _difference(quantity, values_a, values_b.transpose(*dims))
+    difference = values_a.copy(data=distance)
+    difference = difference.assign_attrs({**attributes, "long_name": long_name})
     return {name: values, f"{name}_difference": difference}
 
 
@@ -280,9 +311,9 @@ def _scale(a: Array, b: Array) -> float:
     return max(_largest_magnitude(a), _largest_magnitude(b))
 
 
-def _relative(a: Array, b: Array, scale: float) -> Array:
+def _relative(difference: Array, scale: float) -> Array:
     """Return the difference at each state over the largest magnitude of all states."""
-    distance = np.abs(b - a).reshape(len(a), -1)
+    distance = np.abs(difference).reshape(len(difference), -1)
     is_finite = np.isfinite(distance)
     largest = np.max(distance, axis=1, initial=0.0, where=is_finite)
     largest = np.where(is_finite.any(axis=1), largest, np.nan)

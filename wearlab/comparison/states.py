@@ -103,6 +103,10 @@ class Brackets(NamedTuple):
     share: Array
     is_near: Flags
 
+    def at_state_beside(self) -> "Brackets":
+        """Return the brackets with each position moved to the state next to it."""
+        return self._replace(share=np.round(self.share))
+
 
 def brackets(stands: Stands, targets: Array) -> Brackets:
     """Return the wear states of a run around positions.
@@ -263,6 +267,34 @@ def _on_phases(a: xr.DataArray, b: xr.DataArray) -> xr.DataArray:
         moved.values,
     )
     return _laid(b, moved, waves).assign_coords(phase=target_phases)
+
+
+def beyond_jumps(a: xr.DataArray, b: xr.DataArray) -> Array:
+    """Return B − A less what a wave that jumps leaves open between two phases.
+
+    Where in between it jumps is not stored: a value that lies among those of the other
+    run at this phase and the two beside it does not differ.
+
+    Parameters
+    ----------
+    a, b : waves on the same phases
+    """
+    wave_a = a.transpose(..., "phase").values
+    wave_b = b.transpose(*a.dims).transpose(..., "phase").values
+    of_b = _beyond_neighbours(wave_b, wave_a)
+    of_a = -_beyond_neighbours(wave_a, wave_b)
+    difference = np.where(np.abs(of_b) >= np.abs(of_a), of_b, of_a)
+    unknown = np.isnan(wave_a) | np.isnan(wave_b)
+    difference = np.where(unknown, np.nan, difference)
+    return np.moveaxis(difference, -1, a.dims.index("phase"))
+
+
+def _beyond_neighbours(wave: Array, other: Array) -> Array:
+    """Return how far a wave lies outside the other at the same phase and beside it."""
+    neighbours = [np.roll(other, shift, axis=-1) for shift in (-1, 0, 1)]
+    lowest = np.minimum.reduce(neighbours)
+    highest = np.maximum.reduce(neighbours)
+    return np.fmax(wave - highest, 0.0) + np.fmin(wave - lowest, 0.0)
 
 
 def phases_of(wave: xr.DataArray) -> Array:
