@@ -62,8 +62,10 @@ def compare_runs(a: xr.Dataset, b: xr.Dataset, on: str, tolerance: float) -> xr.
     How much they differ, ``relative_difference(quantity, state)``, is max|B − A| at a
     state over max(|A|, |B|) of all states; ``relative_estimate`` is how much of it the
     runs' own error estimates explain, NaN without any, and ``differs(quantity)``
-    whether it is more than that. ``first_difference(quantity)`` is where it first exceeds tolerance and
-    estimate, linear between states.
+    whether it is more than that.
+
+    ``first_difference(quantity)`` is where it first exceeds tolerance and estimate,
+    linear between states.
 
     Parameters
     ----------
