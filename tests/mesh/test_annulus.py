@@ -13,6 +13,7 @@ from wearlab.mesh.body import (
     body_compliance,
     body_coupling,
     foundation_compliance,
+    line_of_action,
     mode_compliance,
 )
 
@@ -79,7 +80,7 @@ def test_short_waves_see_a_half_plane():
 def test_tractions_balance_the_load():
     gear = pair_of().driving
     radius = 0.0765
-    s0, s1, t0 = arc_tractions(gear, np.array([radius]))[:, 0]
+    s0, s1, t0 = arc_tractions(gear, line_of_action(gear, np.array([radius])))[:, 0]
     theta = root_half_angle(gear)
     r = gear.root_radius
     lam = float(load_angle(gear, radius))

@@ -10,7 +10,7 @@ import pytest
 from wearlab.gears.outline import load_angle
 from wearlab.gears.pairs import gear_pair
 from wearlab.gears.specification import Basics, GearSpec
-from wearlab.mesh.body import arc_tractions, arc_work
+from wearlab.mesh.body import arc_tractions, arc_work, line_of_action
 from wearlab.mesh.finite_element import compliance as remembered
 from wearlab.mesh.finite_element.compliance import gear_compliance, solve_gear
 from wearlab.mesh.finite_element.compliance import pair_compliance as compliance
@@ -116,7 +116,7 @@ def test_the_body_agrees_with_an_annulus(pair):
         gear.base_half_angle
         + np.interp(q, [1, 2], load_angle(gear, [gear.form_radius, gear.tip_radius])),
     )
-    p = arc_tractions(gear, radius)
+    p = arc_tractions(gear, line_of_action(gear, radius))
     expected = p.T @ arc_work(gear, 3 * 2 * math.pi / gear.teeth) @ p
     assert weights @ found.across[2] @ weights.T == pytest.approx(
         expected, rel=0.05, abs=0

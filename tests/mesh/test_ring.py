@@ -19,12 +19,14 @@ from wearlab.gears.outline import (
 from wearlab.gears.pairs import gear_pair
 from wearlab.gears.specification import STEEL, Basics, GearSpec
 from wearlab.mesh.body import (
+    annulus_along,
     arc_tractions,
     arc_work,
     body_compliance,
     body_coupling,
     foundation_compliance,
     foundation_validity,
+    line_of_action,
     mode_compliance,
     sainsot_coefficients,
 )
@@ -297,7 +299,7 @@ def test_modes_of_a_rim_against_navier_equations():
 
 def test_tractions_balance_the_load_of_a_ring():
     ring = y23().driven
-    s0, s1, t0 = arc_tractions(ring, np.array([0.299]))[:, 0]
+    s0, s1, t0 = arc_tractions(ring, line_of_action(ring, np.array([0.299])))[:, 0]
     lam = float(load_angle(ring, 0.299))
     theta = math.atan2(*[float(v) for v in root_curve(ring, 0.0)[1::-1]])
     r = ring.root_radius
@@ -346,8 +348,8 @@ def test_coupling_of_a_ring(driving):
     # flank of a ring the smaller radius is on that side
     low = max(first, second)
     high = min(first, second)
-    p = arc_tractions(ring, low)
-    q = arc_tractions(ring, high)
+    p = arc_tractions(ring, line_of_action(ring, low))
+    q = arc_tractions(ring, line_of_action(ring, high))
     shared = q @ arc_work(ring, 2 * math.pi / ring.teeth) @ p
     own = [t @ arc_work(ring, 0.0) @ t for t in (p, q)]
     assert forth == pytest.approx(shared / math.sqrt(own[0] * own[1]), rel=1e-12)
@@ -408,7 +410,7 @@ def test_body_of_choice():
     """
     ring = y23().driven
     radius = np.linspace(0.296, 0.305, 5)
-    flexibility = tooth_flexibility(ring, radius, body=body_compliance)
+    flexibility = tooth_flexibility(ring, radius, foundation=annulus_along)
     assert flexibility.foundation == pytest.approx(
         body_compliance(ring, radius), rel=1e-15
     )

@@ -162,6 +162,11 @@ CONSTANT = {"model": "constant", "value": "4e8 N/m"}
             "'pasternak'",
         ),
         (
+            {"mesh.stiffness": {"load_direction": "worn"}},
+            "mesh.stiffness.load_direction",
+            "'ideal'",
+        ),
+        (
             {"mesh.stiffness": CONSTANT, "mesh.face_coupling": "pasternak"},
             "mesh.face_coupling",
             "'none'",

@@ -41,6 +41,33 @@ ROOT_ANGLE_RANGE = (0.01, 0.12)
 """Of h_f [1] and θ_f [rad], in which the polynomials were fitted."""
 
 
+class ForceLine(NamedTuple):
+    """The lines along which unit forces press on a tooth, each in its plane.
+
+    Parameters
+    ----------
+    angle : (n,) λ between the force and the thickness direction [rad]
+    lever : (n,) distance of the line from the gear's centre [m]
+    """
+
+    angle: Array
+    lever: Array
+
+
+def line_of_action(gear: Gear, radius: ArrayLike) -> ForceLine:
+    """Return the line of action as teeth see it, at contact radii.
+
+    It passes r_b from the centre, at the load angle.
+
+    Parameters
+    ----------
+    gear : the gear
+    radius : (n,) contact radii on the involute [m]
+    """
+    angle = load_angle(gear, radius)
+    return ForceLine(angle, np.full_like(angle, gear.base_radius))
+
+
 def sainsot_coefficients(bore_ratio: float, root_half_angle: float) -> Array:
     """Return Sainsot's polynomials at a ratio of radii and a root angle.
 
@@ -68,12 +95,7 @@ def sainsot_coefficients(bore_ratio: float, root_half_angle: float) -> Array:
 def foundation_compliance(gear: Gear, radius: ArrayLike) -> Array:
     """Return the compliance of the wheel body along the line of action.
 
-    For the whole face width, ``c_f = cos²λ / (E B) [L (u/S)² + M u/S + P (1 + Q
-    tan²λ)]`` with ``S = 2 r_f θ_f`` and ``u = x_A − y_A tanλ − r_f``, the height above
-    the root circle where the line of action crosses the tooth's centre line. Wear moves
-    the contact point along its own normal, so u stays ``r_b/cosλ − r_f``. It is
-    negative where that line crosses the root circle first, and so is the cross term
-    then. A ring: ``u = r_f − r_b/cosλ`` and ``h_f = r_rim/r_f``, outside what the
+    For the whole face width, see :func:`foundation_along`. A ring is outside what the
     polynomials were fitted to (:func:`foundation_validity` says so;
     :func:`wearlab.mesh.body.body_compliance` has no such range).
 
@@ -90,12 +112,38 @@ def foundation_compliance(gear: Gear, radius: ArrayLike) -> Array:
     ----------
     Sainsot, Velex & Duverger 2004, Eq. 5.
     """
+    return foundation_along(gear, line_of_action(gear, radius))
+
+
+def foundation_along(gear: Gear, force: ForceLine) -> Array:
+    """Return the compliance of the wheel body along lines of force.
+
+    For the whole face width, ``c_f = cos²λ / (E B) [L (u/S)² + M u/S + P (1 + Q
+    tan²λ)]`` with ``S = 2 r_f θ_f`` and ``u = x_A − y_A tanλ − r_f``, the height above
+    the root circle where the line of force crosses the tooth's centre line. Wear moves
+    the contact point along its own normal, so u stays ``r_b/cosλ − r_f`` on the line of
+    action. It is negative where that line crosses the root circle first, and so is the
+    cross term then. A ring: ``u = r_f − r_b/cosλ`` and ``h_f = r_rim/r_f``.
+
+    Parameters
+    ----------
+    gear : the gear
+    force : the lines, (n,)
+
+    Returns
+    -------
+    (n,) [m/N]
+
+    References
+    ----------
+    Sainsot, Velex & Duverger 2004, Eq. 5.
+    """
     theta = root_half_angle(gear)
     r_f = gear.root_radius
     L, M, P, Q = sainsot_coefficients(body_ratio(gear), theta)
-    lam = load_angle(gear, radius)
+    lam = force.angle
 
-    crossing = gear.base_radius / np.cos(lam)
+    crossing = force.lever / np.cos(lam)
     ratio = gear.outwards * (crossing - r_f) / (2.0 * r_f * theta)
     shape = L * ratio**2 + M * ratio + P * (1.0 + Q * np.tan(lam) ** 2)
     stiffness = gear.material.youngs_modulus * gear.face_width
@@ -279,18 +327,18 @@ def _michell(n: Array, material: Material) -> Array:
     return solutions
 
 
-def arc_tractions(gear: Gear, radius: ArrayLike) -> Array:
+def arc_tractions(gear: Gear, force: ForceLine) -> Array:
     """Return the tractions that carry a unit load into the root arc, per face width.
 
     ``σ = σ0 + σ1 θ/θ_f`` and ``τ = τ0``, with the radial force ``2 r_f sinθ_f σ0 =
-    −sinλ``, the moment about the centre ``2 r_f² θ_f τ0 = −r_b`` and the tangential
-    force ``2 r_f [σ1 (sinθ_f/θ_f − cosθ_f) + τ0 sinθ_f] = −cosλ``. The load presses a
-    ring's tooth outwards, towards its root: there the radial force is +sinλ.
+    −sinλ``, the moment about the centre ``2 r_f² θ_f τ0 = −a``, a the lever, and the
+    tangential force ``2 r_f [σ1 (sinθ_f/θ_f − cosθ_f) + τ0 sinθ_f] = −cosλ``. The load
+    presses a ring's tooth outwards, towards its root: there the radial force is +sinλ.
 
     Parameters
     ----------
     gear : the gear
-    radius : (n,) contact radii [m]
+    force : the lines of the loads, (n,)
 
     Returns
     -------
@@ -303,10 +351,10 @@ def arc_tractions(gear: Gear, radius: ArrayLike) -> Array:
     """
     theta = root_half_angle(gear)
     r_f = gear.root_radius
-    lam = load_angle(gear, radius)
+    lam = force.angle
 
     constant = -gear.outwards * np.sin(lam) / (2.0 * r_f * np.sin(theta))
-    shear = np.full_like(lam, -gear.base_radius / (2.0 * r_f**2 * theta))
+    shear = -force.lever / (2.0 * r_f**2 * theta)
     tangential = -np.cos(lam) / (2.0 * r_f) - shear * np.sin(theta)
     linear = tangential / (np.sin(theta) / theta - np.cos(theta))
     return np.stack([constant, linear, shear])
@@ -373,9 +421,39 @@ def body_compliance(gear: Gear, radius: ArrayLike) -> Array:
     ----------
     Sainsot, Velex & Duverger 2004, for the tractions; clamped at the bore as there.
     """
-    tractions = arc_tractions(gear, radius)
+    return annulus_along(gear, line_of_action(gear, radius))
+
+
+def annulus_along(gear: Gear, force: ForceLine) -> Array:
+    """Return the compliance of the annulus along lines of force.
+
+    Parameters
+    ----------
+    gear : the gear
+    force : the lines, (n,)
+
+    Returns
+    -------
+    (n,) for the whole face width [m/N]
+
+    References
+    ----------
+    Sainsot, Velex & Duverger 2004, for the tractions; clamped at the bore as there.
+    """
+    tractions = arc_tractions(gear, force)
     work = _work(tractions, arc_work(gear, 0.0), tractions)
     return np.asarray(work / gear.face_width)
+
+
+def rigid_along(gear: Gear, force: ForceLine) -> Array:
+    """Return the compliance of a rigid body, 0 along every line (n,).
+
+    Parameters
+    ----------
+    gear : the gear
+    force : the lines, (n,)
+    """
+    return np.zeros_like(force.angle)
 
 
 def body_coupling(
@@ -411,8 +489,8 @@ def body_coupling(
     if gear.internal:
         low, high = high, low
 
-    p = arc_tractions(gear, low)
-    q = arc_tractions(gear, high)
+    p = arc_tractions(gear, line_of_action(gear, low))
+    q = arc_tractions(gear, line_of_action(gear, high))
     work_at_tooth = arc_work(gear, 0.0)
     work_between = arc_work(gear, 2.0 * np.pi * teeth_apart / gear.teeth)
 

@@ -26,7 +26,7 @@ import numpy as np
 from numpy.polynomial.legendre import leggauss
 from numpy.typing import ArrayLike
 
-from wearlab.arrays import Array
+from wearlab.arrays import Array, Index
 from wearlab.gears import outline
 from wearlab.gears.gear import DRIVEN, DRIVING, Gear, GearPair
 from wearlab.mesh import body, profile, stiffness
@@ -44,6 +44,10 @@ NARROW = 3.0
 say so for two modules."""
 
 
+Foundation = Callable[[Gear, body.ForceLine], Array]
+"""Compliance of a wheel body along lines of force (n,), (n,) [m/N]."""
+
+
 class ToothFlexibility(NamedTuple):
     """Everything about one gear's tooth that wear does not change.
 
@@ -57,9 +61,11 @@ class ToothFlexibility(NamedTuple):
         back (driven)
     root : (7,) the sums of `_sums` from the root to the lowest node
     height, half_thickness : (n,) contact point (x, y) [m]
-    arm : (n,) moment of the unit force about the foot of the root curve, r_b − x_0 cosλ
-        (ring: the negative) [m]
-    angle : (n,) λ [rad]
+    foot : height of the foot of the root curve above the gear's centre [m]
+    outwards : 1, of a ring −1
+    angle : (n,) λ of the unworn flank's normal [rad]
+    force : (n,) lines of the unit forces: the line of action, unless worn flanks turn
+        it
     foundation : (n,) compliance of the wheel body [m/N]
     sections : (4, n − 1, points) x [m], healthy thickness 2y [m], 1 / cosλ(x) and dx
         [m] of the Gauss rule between the k-th and (k+1)-th node counted from the root
@@ -73,8 +79,10 @@ class ToothFlexibility(NamedTuple):
     root: Array
     height: Array
     half_thickness: Array
-    arm: Array
+    foot: float
+    outwards: float
     angle: Array
+    force: body.ForceLine
     foundation: Array
     sections: Array
     bending: float
@@ -89,7 +97,7 @@ def tooth_flexibility(
     radius: ArrayLike,
     *,
     shear_factor: float = 1.2,
-    body: Callable[[Gear, Array], Array] = body.foundation_compliance,
+    foundation: Foundation = body.foundation_along,
 ) -> ToothFlexibility:
     """Prepare the tooth of a gear for contact at given radii.
 
@@ -99,8 +107,9 @@ def tooth_flexibility(
     radius : (n,) contact radii in the order of the path [m]: never falling or never
         rising; equal neighbours are the two sides of a jump
     shear_factor : shear correction of the section [1]; 1.2 for a rectangle
-    body : compliance of the wheel body at contact radii (n,) [m/N]: Sainsot's, or the
-        annulus's (:func:`wearlab.mesh.body.body_compliance`), which thin rims need
+    foundation : compliance of the wheel body along lines of force (n,) [m/N]:
+        Sainsot's, or the annulus's (:func:`wearlab.mesh.body.annulus_along`), which
+        thin rims need
 
     Returns
     -------
@@ -120,7 +129,8 @@ def tooth_flexibility(
     _check_radii(gear, r, growing)
     rising = growing != gear.internal
     upwards = gear.outwards
-    lam = outline.load_angle(gear, r)
+    force = body.line_of_action(gear, r)
+    lam = force.angle
     foot = gear.root_radius * math.cos(outline.root_half_angle(gear))
     root = _root_sums(gear, lam[0 if rising else -1], foot)
     x, y = outline.involute_point(gear, lam)
@@ -133,9 +143,11 @@ def tooth_flexibility(
         root=root,
         height=upwards * (x - foot),
         half_thickness=y,
-        arm=upwards * (gear.base_radius - foot * np.cos(lam)),
+        foot=foot,
+        outwards=upwards,
         angle=lam,
-        foundation=body(gear, r),
+        force=force,
+        foundation=foundation(gear, force),
         sections=_sections(gear, lam if rising else lam[::-1], foot, INNER),
         bending=12.0 / (E * B),
         shear=shear_factor / (G * B),
@@ -207,7 +219,8 @@ def tooth_compliance(tooth: ToothFlexibility, wear: Array) -> Array:
     ``c = ∫ M²/(E I) + κ cos²λ ∫ 1/(G A) + sin²λ ∫ 1/(E A)`` with ``A = B t``, ``I = B
     t³/12`` and ``t = 2y − h_y`` less the back flank's wear, from the root to the worn
     contact point ``x_A − h sinλ``. Without wear every term in h is an exact zero. Wear
-    between nodes is linear along the path.
+    between nodes is linear along the path. A force that a worn flank turns has its own
+    λ and lever in M, shear and compression (`ToothFlexibility.force`).
 
     Parameters
     ----------
@@ -226,19 +239,21 @@ def tooth_compliance(tooth: ToothFlexibility, wear: Array) -> Array:
     """
     upwards = slice(None, None, 1 if tooth.rising else -1)
     K0, J0, J1, J2, H0, H1, HH = _worn_sums(tooth, wear)[:, upwards]
-    cos = np.cos(tooth.angle)
-    sin = np.sin(tooth.angle)
-    arm = tooth.arm
+    cos = np.cos(tooth.force.angle)
+    sin = np.sin(tooth.force.angle)
+    arm = tooth.outwards * (tooth.force.lever - tooth.foot * cos)
 
     stretch = tooth.shear * cos**2 + tooth.axial * sin**2
     bend = arm**2 * J0 - 2.0 * arm * cos * J1 + cos**2 * J2
     bend += sin * (cos * H1 - arm * H0) + 0.25 * sin**2 * HH
 
     # the strip above the worn contact point, at its middle, carries nothing any more
-    strip = wear * sin
-    h = wear / cos
-    b = tooth.back / cos
-    thickness = 2.0 * tooth.half_thickness + strip * sin / cos - h - b
+    flank_cos = np.cos(tooth.angle)
+    flank_sin = np.sin(tooth.angle)
+    strip = wear * flank_sin
+    h = wear / flank_cos
+    b = tooth.back / flank_cos
+    thickness = 2.0 * tooth.half_thickness + strip * flank_sin / flank_cos - h - b
     t = _or_nan_if_thin(thickness, tooth)
     height = tooth.height - 0.5 * strip
     moment = arm - height * cos - 0.5 * (h - b) * sin
@@ -271,6 +286,8 @@ def _or_nan_if_thin(thickness: Array, tooth: ToothFlexibility) -> Array:
     return np.where(thickness > tooth.minimum_thickness, thickness, np.nan)
 
 
+Sharing = tuple["SharedBodies", ...]
+"""What pairs share with those 1, 2 … base pitches ahead."""
 Teeth = tuple[ToothFlexibility, ...]
 """The two teeth of a pair, (driving, driven)."""
 
@@ -336,6 +353,17 @@ class InSeries(stiffness.PairStiffness):
         )
         return replace(self, teeth=teeth)
 
+    def beams_and_rest(self, wear: Array) -> tuple[Array, Array]:
+        """Return what yields of each gear as a beam, and beside it [m/N].
+
+        (2, n), and like `rest`.
+
+        Parameters
+        ----------
+        wear : (2, n) depths, (driving, driven) [m]
+        """
+        return beams_of(self.teeth, wear), self.rest
+
     def body(self, wear: Array) -> Array:
         """Return the compliance of both teeth and bodies, (n,) [m/N].
 
@@ -343,8 +371,8 @@ class InSeries(stiffness.PairStiffness):
         ----------
         wear : (2, n) depths, (driving, driven) [m]
         """
-        beams = _beams(self.teeth, wear).sum(axis=0)
-        return np.asarray((beams + self.rest.sum(axis=0)) / self.scale)
+        beams, rest = self.beams_and_rest(wear)
+        return np.asarray((beams.sum(axis=0) + rest.sum(axis=0)) / self.scale)
 
     def body_where(
         self, wear: Array, nodes: Array, driving: Array, driven: Array
@@ -355,7 +383,8 @@ class InSeries(stiffness.PairStiffness):
         """
         if len(self.rest) == 1:
             return self.body(wear)
-        first, second = (_beams(self.teeth, wear) + self.rest) / self.scale
+        beams, rest = self.beams_and_rest(wear)
+        first, second = (beams + rest) / self.scale
         of_driving = np.interp(driving, nodes, first)
         of_driven = np.interp(driven, nodes, second)
         return np.asarray(of_driving + of_driven)
@@ -365,8 +394,13 @@ class InSeries(stiffness.PairStiffness):
         return self.shared / self.scale
 
 
-def _beams(teeth: Teeth, wear: Array) -> Array:
-    """Return the compliance of teeth as beams, for wear (2, n), (2, n) [m/N].
+def beams_of(teeth: Teeth, wear: Array) -> Array:
+    """Return the compliance of teeth as beams, (2, n) [m/N].
+
+    Parameters
+    ----------
+    teeth : both, or none
+    wear : (2, n) depths, (driving, driven) [m]
 
     Raises
     ------
@@ -410,7 +444,7 @@ def finite_element(model: Any, pair: GearPair, grid: profile.ProfileGrid) -> InS
         pair, grid.position, grid.n_pairs, options, recess=recess
     )
     teeth = _teeth(in_plane(pair, plane), grid)
-    unworn = _beams(teeth, np.zeros((2, len(grid.loaded)))).sum(axis=0)
+    unworn = beams_of(teeth, np.zeros((2, len(grid.loaded)))).sum(axis=0)
     rest = (grid.beyond(by_elements) - unworn)[None]
     return InSeries(
         hertz=contact_of(model.hertz, pair, grid),
@@ -464,21 +498,16 @@ def potential_energy(model: Any, pair: GearPair, grid: profile.ProfileGrid) -> I
     """
     flat = in_plane(pair, model.plane)
     foundation = BODIES[model.foundation]
-    teeth = _teeth(flat, grid, shear_factor=model.shear_factor, body=foundation)
+    teeth = _teeth(flat, grid, shear_factor=model.shear_factor, foundation=foundation)
     bodies = []
     for tooth, correction in zip(teeth, model.correction, strict=True):
         bodies.append(tooth.foundation / correction)
     rest = np.stack(bodies)
 
-    is_coupled = model.foundation != "none" and model.coupling == "shared"
-    n_apart = grid.n_pairs - 1 if is_coupled else 0
-    shared = np.zeros((n_apart, len(grid.loaded)))
-    for index in range(n_apart):
-        shared[index] = _shared(flat, grid, rest, index + 1)
     return InSeries(
         hertz=contact_of(model.hertz, pair, grid),
         rest=rest,
-        shared=shared,
+        shared=shared_compliance(shared_bodies(model, flat, grid), rest),
         scale=model.scale,
         teeth=teeth,
     )
@@ -509,38 +538,65 @@ def contact_of(
     )
 
 
-def _rigid(gear: Gear, radius: Array) -> Array:
-    """Return the compliance of a rigid body, 0 at every radius (n,)."""
-    return np.zeros_like(radius)
-
-
-BODIES = {
-    "sainsot": body.foundation_compliance,
-    "annulus": body.body_compliance,
-    "none": _rigid,
+BODIES: dict[str, Foundation] = {
+    "sainsot": body.foundation_along,
+    "annulus": body.annulus_along,
+    "none": body.rigid_along,
 }
 
 
-def _shared(
-    pair: GearPair, grid: profile.ProfileGrid, bodies: Array, pitches: int
-) -> Array:
-    """Return the compliance that a pair shares with one some base pitches ahead.
+class SharedBodies(NamedTuple):
+    """How much of their bodies two pairs share that touch at the same phases.
 
-    (n,) [m/N], from the compliance of the bodies (2, n).
+    Parameters
+    ----------
+    behind, ahead : (m,) nodes at which the two touch
+    ratio : (2, m) shared compliance over the mean of both, (driving, driven) [1]
     """
+
+    behind: Index
+    ahead: Index
+    ratio: Array
+
+
+def shared_bodies(model: Any, pair: GearPair, grid: profile.ProfileGrid) -> Sharing:
+    """Return what pairs share with those 1, 2 … base pitches ahead.
+
+    Parameters
+    ----------
+    model : options of the variant
+    pair : the gears as they yield in their plane
+    grid : the nodes
+    """
+    if model.foundation == "none" or model.coupling == "none":
+        return ()
+    return tuple(_shared(pair, grid, apart) for apart in range(1, grid.n_pairs))
+
+
+def _shared(pair: GearPair, grid: profile.ProfileGrid, pitches: int) -> SharedBodies:
+    """Return what a pair shares with one some base pitches ahead."""
     behind = grid.pairs_at_phase_nodes[:, pitches:]
     ahead = grid.pairs_at_phase_nodes[:, :-pitches]
     in_path = (behind >= 0) & (ahead >= 0)
     first = behind[in_path]
     second = ahead[in_path]
 
-    couplings = []
-    radii = _radii(pair, grid)
-    for gear, radius, compliances in zip(pair.gears, radii, bodies, strict=True):
-        ratio = body.body_coupling(gear, radius[first], radius[second], pitches)
-        mean = np.sqrt(compliances[first] * compliances[second])
-        couplings.append(ratio * mean)
+    ratios = []
+    for gear, radius in zip(pair.gears, _radii(pair, grid), strict=True):
+        ratios.append(body.body_coupling(gear, radius[first], radius[second], pitches))
+    return SharedBodies(first, second, np.stack(ratios))
 
-    shared = np.zeros(len(grid.loaded))
-    shared[first] = sum(couplings)
+
+def shared_compliance(sharing: Sharing, bodies: Array) -> Array:
+    """Return the compliance shared with pairs ahead, (n_apart, n) [m/N].
+
+    Parameters
+    ----------
+    sharing : with pairs 1, 2 … base pitches ahead
+    bodies : (2, n) compliance of the wheel bodies, (driving, driven) [m/N]
+    """
+    shared = np.zeros((len(sharing), bodies.shape[1]))
+    for row, (behind, ahead, ratio) in zip(shared, sharing, strict=True):
+        mean = np.sqrt(bodies[:, behind] * bodies[:, ahead])
+        row[behind] = (ratio * mean).sum(axis=0)
     return shared

@@ -611,6 +611,12 @@ def _mesh_of_a_face(mesh: OneMesh, path: str, key: str) -> Problems:
             f"{path}.stiffness.of",
             f"'mesh' has no pairs to share out over the face ({key}): give 'pair'",
         )
+    if stiffness.turns_loads:
+        yield (
+            f"{path}.stiffness.load_direction",
+            "'worn' turns the load of whole pairs, and slices of a face "
+            f"({key}) stand beside each other: give 'ideal', or leave it out",
+        )
     if coupling.of_contact and stiffness.prescribed:
         problem = (
             "must know what the contact itself yields, and a prescribed stiffness does "

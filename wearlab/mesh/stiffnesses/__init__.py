@@ -30,6 +30,11 @@ class StiffnessModel(Variant):
         return False
 
     @property
+    def turns_loads(self) -> bool:
+        """Whether the slope of worn flanks turns the loads on teeth."""
+        return False
+
+    @property
     def model_error(self) -> str:
         """How far it is known to be off, and the source (docs/model_error.md)."""
         return "as prescribed; nothing here tells how far it is off"

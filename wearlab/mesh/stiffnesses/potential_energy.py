@@ -18,7 +18,7 @@ class PotentialEnergyStiffness(StiffnessModel):
     """
 
     implied_by: ClassVar[frozenset[str]] = frozenset(
-        {"foundation", "coupling", "correction", "shear_factor"}
+        {"foundation", "coupling", "correction", "shear_factor", "load_direction"}
     )
 
     model: Literal["potential-energy"] = "potential-energy"
@@ -43,8 +43,16 @@ class PotentialEnergyStiffness(StiffnessModel):
     """factors λ on the foundation stiffness of the driving and the driven gear"""
     shear_factor: Annotated[Number, POSITIVE] = 1.2
     """shear correction of the tooth section; B23 prints 1.5. Source: W23, B23"""
+    load_direction: Literal["ideal", "worn"] = "ideal"
+    """where the load on a tooth points: along the line of action, or along the normal
+    of the worn flank, which its slope turns. Source: Y23 Eqs. 20, 23, 34 to 37"""
     scale: Annotated[Number, POSITIVE] = 1.0
     """factor on the stiffness; anything but 1 is flagged as tuned"""
+
+    @property
+    def turns_loads(self) -> bool:
+        """Whether the slope of worn flanks turns the loads on teeth."""
+        return self.load_direction == "worn"
 
     @property
     def model_error(self) -> str:
@@ -59,9 +67,13 @@ class PotentialEnergyStiffness(StiffnessModel):
 
     def build(self, pair: "GearPair", grid: "profile.ProfileGrid") -> "PairStiffness":
         """Return the stiffness of a pair with its flexibilities in series."""
-        from wearlab.mesh import series
+        from wearlab.mesh import load_direction, series
 
-        return series.potential_energy(self, pair, grid)
+        builds = {
+            "ideal": series.potential_energy,
+            "worn": load_direction.along_worn_normals,
+        }
+        return builds[self.load_direction](self, pair, grid)
 
     def flags(self, pair: "GearPair", key: str) -> tuple[str, ...]:
         """Return the notes, first those on a foundation outside its formula's range."""
