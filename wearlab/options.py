@@ -12,7 +12,13 @@ from typing import Annotated, Any, ClassVar, get_args
 
 import pydantic
 from annotated_types import Ge, Gt
-from pydantic import BeforeValidator, Field, GetJsonSchemaHandler, ValidationInfo
+from pydantic import (
+    AliasChoices,
+    BeforeValidator,
+    Field,
+    GetJsonSchemaHandler,
+    ValidationInfo,
+)
 from pydantic_core import CoreSchema
 
 from wearlab.units import HOUR, KINDS, is_number, quantity
@@ -71,6 +77,20 @@ class OptionTable(pydantic.BaseModel):
                 if field.description and key in cls.model_fields:
                     texts[key] = _parts_of_text(field.description)
         return {key: texts[key] for key in cls.model_fields if key in texts}
+
+    @classmethod
+    def field_of(cls, key: str) -> str:
+        """Return the name of the field that a key of the file fills.
+
+        Parameters
+        ----------
+        key : as the file writes it: `from` is no name in Python
+        """
+        for name, field in cls.model_fields.items():
+            alias = field.validation_alias
+            if isinstance(alias, AliasChoices) and key in alias.choices:
+                return name
+        return key
 
 
 def _parts_of_text(text: str) -> dict[str, str]:

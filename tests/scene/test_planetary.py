@@ -199,14 +199,14 @@ REFUSED = [
     (
         "mesh.planet_ring.damping_in",
         "always",
-        "mesh.planet_ring.damping_in: must be as in mesh.sun_planet: write "
-        "mesh.damping_in for both",
+        "mesh.planet_ring.damping_in: must be as in mesh.sun_planet: give "
+        "it once, as mesh.damping_in, and leave it out of both",
     ),
     (
         "mesh.sun_planet.excitation",
         {"model": "fourier", "stiffness_harmonics": 3, "error_harmonics": 3},
-        "mesh.planet_ring.excitation: must be as in mesh.sun_planet: write "
-        "mesh.excitation for both",
+        "mesh.planet_ring.excitation: must be as in mesh.sun_planet: give "
+        "it once, as mesh.excitation, and leave it out of both",
     ),
     (
         "wear.coefficient.gear",

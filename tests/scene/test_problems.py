@@ -308,7 +308,10 @@ def test_all_problems_are_collected_once(table):
             "'1100 rpm'",
         ),
         ({"torque": "3 N*m"}, "speed missing: give torque and speed"),
-        ({"power": "1 kW", "torque": "0 N*m"}, "speed missing: give torque and speed"),
+        (
+            {"power": "1 kW", "torque": "0 N*m"},
+            "give speed in place of power, or a torque",
+        ),
         (
             {"power": "1 kW", "torque": "1 N*m", "speed": "1 rpm"},
             "torque = 1 N*m, speed = 1 rpm and power = 1000 W are one too many: leave "

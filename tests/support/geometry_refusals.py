@@ -6,6 +6,7 @@ file, its function and its number there, and recognised by the fixed words of it
 """
 
 import ast
+import copy
 import re
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -44,12 +45,12 @@ class Site(NamedTuple):
 
 def sites() -> list[Site]:
     """Return all refusals in the source of the geometry."""
-    found = [site for file in FILES for site in _sites_of(file, lambda _: True)]
-    found += _sites_of(RULES, lambda function: function in RULES_OF_GEARS)
+    found = [site for file in FILES for site in sites_of(file, lambda _: True)]
+    found += sites_of(RULES, lambda function: function in RULES_OF_GEARS)
     return [site for site in found if site.name not in FORWARDED]
 
 
-def _sites_of(file: Path, wanted: Callable[[str], bool]) -> list[Site]:
+def sites_of(file: Path, wanted: Callable[[str], bool]) -> list[Site]:
     """Return the refusals of a file in functions that are wanted."""
     found: list[Site] = []
     for path, function in _functions(ast.parse(file.read_text("utf-8")), ""):
@@ -96,22 +97,25 @@ def _text_of(node: ast.AST) -> ast.expr | None:
 
 def _pattern(text: ast.expr, function: ast.FunctionDef) -> re.Pattern[str]:
     """Return the fixed words of a text as a pattern, anything between them."""
-    if isinstance(text, ast.Name):
-        text = _assigned(text.id, function)
-    parts = text.values if isinstance(text, ast.JoinedStr) else [text]
-    words = [
-        re.escape(str(part.value)) if isinstance(part, ast.Constant) else ".*"
-        for part in parts
-    ]
-    return re.compile("".join(words), re.DOTALL)
+    texts = _assigned(text.id, function) if isinstance(text, ast.Name) else [text]
+    patterns = []
+    for one in texts:
+        parts = one.values if isinstance(one, ast.JoinedStr) else [one]
+        words = [
+            re.escape(str(part.value)) if isinstance(part, ast.Constant) else ".*"
+            for part in parts
+        ]
+        patterns.append("".join(words))
+    return re.compile("|".join(patterns), re.DOTALL)
 
 
-def _assigned(name: str, function: ast.FunctionDef) -> ast.expr:
-    """Return what a function assigns to a name."""
-    for node in ast.walk(function):
-        if isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) == name:
-            return node.value
-    raise KeyError(name)
+def _assigned(name: str, function: ast.FunctionDef) -> list[ast.expr]:
+    """Return what a function assigns to a name, anywhere; itself where nothing is."""
+    return [
+        node.value
+        for node in ast.walk(function)
+        if isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) == name
+    ] or [ast.Name(name)]
 
 
 class Refusal(NamedTuple):
@@ -149,10 +153,7 @@ def changed(
     gears: dict[str, Any], changes: dict[str, Any], found: tuple[str, ...]
 ) -> dict[str, Any]:
     """Return a table of gears with the changes of an advice."""
-    table = {
-        key: dict(value) if isinstance(value, dict) else value
-        for key, value in gears.items()
-    }
+    table = copy.deepcopy(gears)
     for path, value in changes.items():
         *parents, key = path.split(".")
         place = table
@@ -169,7 +170,12 @@ def _filled(value: Any, found: tuple[str, ...]) -> Any:
     """Return a value with what was found in the message, numbers as numbers."""
     if isinstance(value, list):
         return [_filled(entry, found) for entry in value]
+    if isinstance(value, dict):
+        return {key: _filled(entry, found) for key, entry in value.items()}
     if not isinstance(value, str):
         return value
+    if "{" not in value:
+        return value
     text = value.format(*found)
-    return float(text) if value == "{0}" else text
+    is_number = value == "{0}" and re.fullmatch(r"[\d.+-]+", text)
+    return float(text) if is_number else text

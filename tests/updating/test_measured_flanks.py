@@ -101,7 +101,7 @@ def test_what_cannot_be_is_refused_with_its_place(file, more, said):
     [
         ({"at": None}, "a flank that was measured once: say when, such as at"),
         ({"at": None, "side": None, "continuation": None}, "the file is a flank"),
-        ({"quantity": "max_wear_depth"}, "at is of a measured flank"),
+        ({"quantity": "max_wear_depth"}, "once: give quantity = 'wear_depth'"),
         ({"columns": {"cycle": "cycles"}}, "leave out columns, or at"),
     ],
 )

@@ -11,10 +11,12 @@ from test_fleet import FLEET, ROWS, TODAY, fleet
 import wearlab as wl
 from wearlab.campaign import CampaignError
 from wearlab.campaign.scenario import Scenario, scene_of
+from wearlab.campaign.update import read_update
 from wearlab.report.dates_file import content_of
 from wearlab.updating import UpdateError, update
 from wearlab.updating.report_text import text_of
 
+UNKNOWN = {"wear.coefficient.factor": {"lognormal": {"median": 1.0, "cov": 1.0}}}
 POWERED = {
     "gears": external_pair(20, 40),
     "operation": {"power": "5 kW", "torque": "50 N*m"},
@@ -176,3 +178,26 @@ def test_a_factor_goes_with_a_power_too():
     changed = scene_of(harder, 0, scene)
     assert changed.operation.torque == pytest.approx(1.5 * scene.operation.torque)
     assert changed.operation.speed == pytest.approx(scene.operation.speed)
+
+
+def test_a_scenario_begins_at_hours_with_their_unit_too():
+    def begin(value):
+        scenario = {"label": "less", "from": value, "torque_factor": 0.8}
+        return read_update({"unknown": UNKNOWN, "scenario": [scenario]}).scenario[0]
+
+    assert begin("9000 h").begin == begin(9000.0).begin == 9000.0
+    assert begin("2027-01-01").begin == date(2027, 1, 1)
+
+
+@pytest.mark.parametrize(
+    ("scenario", "said"),
+    [
+        ({"label": "less"}, r"scenario\[0\]\.from: required: day from which"),
+        ({"label": "less", "from": "soon"}, r"scenario\[0\]\.from: 'soon'"),
+        ({"label": "less", "from": "9 mm"}, r"scenario\[0\]\.from: '9 mm'"),
+    ],
+)
+def test_a_wrong_begin_is_one_line(scenario, said):
+    """`from` is no field's name: saying what was wrong with it was a KeyError."""
+    with pytest.raises(CampaignError, match=said):
+        read_update({"unknown": UNKNOWN, "scenario": [scenario]})

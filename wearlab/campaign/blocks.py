@@ -272,7 +272,8 @@ def _problem_of_key(place: _Place, errors: list[dict[str, Any]]) -> str:
         choices = QUOTED.findall(error["ctx"]["expected"])
         return not_a_choice(place.table[key], choices)
 
-    meaning = place.model.texts()[key]["description"]
+    field = place.model.field_of(key)
+    meaning = place.model.texts()[field]["description"]
     if error["type"] == "missing":
         return f"required: {meaning}"
 

@@ -4,11 +4,22 @@ from datetime import date
 from typing import Annotated, Any
 
 from annotated_types import Ge
-from pydantic import AliasChoices, Field
+from pydantic import AliasChoices, BeforeValidator, Field
 
+from wearlab import units
 from wearlab.campaign.blocks import CampaignError
 from wearlab.options import POSITIVE, ClosedTable, option
 from wearlab.scene import Scene, SceneError
+
+
+def _hours_written(value: Any) -> Any:
+    """Return the operating hours of a time with its unit, anything else as it is."""
+    if not units.is_quantity(value):
+        return value
+    try:
+        return units.quantity(value, "time") / units.HOUR
+    except units.UnitError:
+        return value
 
 
 class Scenario(ClosedTable):
@@ -16,10 +27,11 @@ class Scenario(ClosedTable):
 
     label: str
     """what tables call it"""
-    begin: date | Annotated[float, Ge(0.0)] = Field(
-        validation_alias=AliasChoices("from", "begin")
-    )
-    """day from which it holds, or the operating hours then"""
+    begin: Annotated[
+        date | Annotated[float, Ge(0.0)], BeforeValidator(_hours_written)
+    ] = Field(validation_alias=AliasChoices("from", "begin"))
+    """day from which it holds, or the operating hours then, a plain number or '9000
+    h'"""
     torque_factor: Annotated[float, POSITIVE] = 1.0
     """times the torque of the scene"""
     scene: dict[str, Any] = option({})

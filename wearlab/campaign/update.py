@@ -157,7 +157,7 @@ def _read_unknown(table: dict[str, Any]) -> dict[str, distributions.Distribution
 def _not_together(block: UpdateBlock, unknown: Sequence[str]) -> Iterator[str]:
     """Yield which options do not go together, one line each."""
     drifts = [data.error.drift for data in block.data]
-    accumulates = block.discrepancy == "accumulating"
+    accumulates = block.discrepancy == "accumulating" and not _is_of_a_fleet(block)
     if accumulates and all(drift is None for drift in drifts):
         yield (
             f"{SECTION}.discrepancy: {block.discrepancy!r} needs error.drift in the "
@@ -181,8 +181,9 @@ def _not_together(block: UpdateBlock, unknown: Sequence[str]) -> Iterator[str]:
         for number, data in enumerate(block.data):
             by_cycles = data.columns.hours is None and data.columns.date is None
             if by_cycles and isinstance(data.at, float | None):
+                key = "columns" if data.at is None else "at"
                 yield (
-                    f"{SECTION}.data[{number}].columns: with update.record, say when "
+                    f"{SECTION}.data[{number}].{key}: with update.record, say when "
                     "by hours or date: cycles depend on the speeds"
                 )
 

@@ -288,31 +288,35 @@ class DataBlock(TableFile):
 
     @model_validator(mode="after")
     def _one_flank(self) -> "DataBlock":
-        """Refuse a measured flank without its time, or of another quantity."""
-        stated = [key for key in DESCRIPTION if getattr(self, key) is not None]
-        if self.at is None and (stated or self.file.suffix.lower() == ".mka"):
-            about = f"{stated[0]} belongs to" if stated else "the file is"
-            raise ValueError(
-                f"{about} a flank that was measured once: say when, such as at = "
-                "'5000 h'"
-            )
-        if self.at is None and self.unit is not None:
+        """Refuse a measured flank that lacks something, with all that it lacks."""
+        stated = [key for key in ("at", *DESCRIPTION) if getattr(self, key) is not None]
+        is_curve = self.file.suffix.lower() == ".mka"
+        if not stated and not is_curve and self.unit is not None:
             raise ValueError(
                 "unit belongs to a flank that was measured once (at): of a table, "
                 "columns.unit names the column that says which unit a row is of"
             )
-        if self.at is None:
-            return self
-        if self.quantity != "wear_depth" or self.flank is None:
+        remedies = self._lacks_of_a_flank() if stated or is_curve else []
+        if remedies:
+            about = f"{stated[0]} belongs to" if stated else "the file is"
             raise ValueError(
-                "at is of a measured flank: quantity = 'wear_depth', and flank = "
-                "'pinion' or another"
-            )
-        if self.columns != Columns():
-            raise ValueError(
-                "at says when all of the file was measured: leave out columns, or at"
+                f"{about} a flank that was measured once: {'; '.join(remedies)}"
             )
         return self
+
+    def _lacks_of_a_flank(self) -> list[str]:
+        """Return what a flank that was measured once needs besides."""
+        remedies = []
+        if self.at is None:
+            remedies.append("say when, such as at = '5000 h'")
+        if self.quantity != "wear_depth":
+            remedies.append("give quantity = 'wear_depth'")
+        if self.flank is None:
+            remedies.append("give flank = 'pinion' or another")
+        if self.columns != Columns():
+            instead = "" if self.at is None else ", or at"
+            remedies.append(f"leave out columns{instead}")
+        return remedies
 
     @model_validator(mode="after")
     def _one_gear(self) -> "DataBlock":

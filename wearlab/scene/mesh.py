@@ -65,7 +65,7 @@ class Misalignment(options.Part):
                 "give a length such as '20 um', value, or in_plane and out_of_plane"
             )
         if any(low >= high for low, high in pairwise(self.torque or ())):
-            raise ValueError("torque must ascend")
+            raise ValueError("torque must ascend: sort it, and the values with it")
         expected = len(self.torque or (0.0,))
         for key in keys:
             count = len(getattr(self, key))

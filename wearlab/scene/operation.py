@@ -169,7 +169,7 @@ def _blocks(value: Any, info: pydantic.ValidationInfo) -> Any:
     if unknown := set(value) - set(DutyFile.model_fields):
         raise ValueError(
             f"unknown {', '.join(sorted(unknown))}: give file, sheet, decimal, "
-            "columns and units"
+            "columns and units of a table, or a list of {torque, speed, share}"
         )
     if "file" not in value:
         raise ValueError("'file' is required: {file, columns, units}")
@@ -233,7 +233,9 @@ def _labels(stages: Any) -> Any:
         )
     names = labels_of(stages)
     if len(set(names)) != len(names):
-        raise ValueError(f"two stages have one label: {', '.join(names)}")
+        raise ValueError(
+            f"two stages have one label: {', '.join(names)}; give each its own"
+        )
     return stages
 
 
@@ -541,7 +543,10 @@ class Operation(options.Part):
         roles = {"input": self.input, "output": self.output, "fixed": self.fixed}
         named = [f"{key} {name!r}" for key, name in roles.items() if name is not None]
         if len(set(roles.values()) - {None}) != len(named):
-            raise ValueError(f"one member in two roles: {', '.join(named)}")
+            raise ValueError(
+                f"one member in two roles: {', '.join(named)}; give each a member of "
+                "its own"
+            )
         if self.several:
             self._leave_to_conditions()
             return
@@ -552,6 +557,10 @@ class Operation(options.Part):
             object.__setattr__(self, "torque", power / speed)
         elif power is not None and speed is None and torque:
             object.__setattr__(self, "speed", power / torque)
+        if power is not None and torque == 0.0:
+            raise ValueError(
+                "a torque of 0 has no power: give speed in place of power, or a torque"
+            )
         missing = [key for key in ("torque", "speed") if getattr(self, key) is None]
         if missing:
             raise ValueError(

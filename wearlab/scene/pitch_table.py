@@ -68,12 +68,18 @@ class PitchTable(options.Part):
             raise ValueError(f"there are no deviations: give {WANTED}")
         last = float(self.cumulative[-1])
         span = float(np.ptp(self.cumulative))
-        if abs(last) > max(CLOSED, CLOSED_SHARE * span):
+        if abs(last) <= max(CLOSED, CLOSED_SHARE * span):
+            return
+        if self.quantity == "f_p":
             raise ValueError(
-                f"F_p of the last tooth is {1e6 * last:.3g} um, but after a turn it "
-                "comes back to 0: count F_p from the last tooth on, or give quantity = "
-                "'f_p'"
+                f"all f_p sum to {1e6 * last:.3g} um, but a turn closes, so that they "
+                "sum to 0: give f_p less its mean, or F_p with quantity = 'F_p'"
             )
+        raise ValueError(
+            f"F_p of the last tooth is {1e6 * last:.3g} um, but after a turn it comes "
+            "back to 0: count F_p from the last tooth on, or give quantity = 'f_p' "
+            "where these are single pitches"
+        )
 
     @property
     def cumulative(self) -> Array:
@@ -137,7 +143,10 @@ def _of_machine(
     side = table.get("side")
     sides = " or ".join(f"side = {name!r}" for name in measurement.pitch)
     if not measurement.pitch:
-        raise TableError(f"{measurement.file}: it has no pitch table")
+        raise TableError(
+            f"{measurement.file}: it has no pitch table: export the measurement with "
+            "its pitches, or give a list of F_p"
+        )
     if side not in measurement.pitch:
         raise TableError(f"{measurement.file}: say which side: {sides}")
     return tuple(Stored(number) for number in getattr(measurement.pitch[side], column))

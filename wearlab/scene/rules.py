@@ -25,7 +25,8 @@ def _meshes_of_the_set(scene: sections.Sections, meshes: MeshSection) -> Problem
             if getattr(first, key) != getattr(second, key):
                 yield (
                     f"mesh.planet_ring.{key}",
-                    f"must be as in mesh.sun_planet: write mesh.{key} for both",
+                    f"must be as in mesh.sun_planet: give it once, as mesh.{key}, and "
+                    "leave it out of both",
                 )
         return
     for section in OWN_MESHES:
@@ -37,7 +38,7 @@ def _meshes_of_the_set(scene: sections.Sections, meshes: MeshSection) -> Problem
     if scene.operation.output_loaded is False:
         yield (
             "operation.load_torque",
-            "'zero' needs a planetary set with a grounded output",
+            "'zero' needs a planetary set with a grounded output: leave it out",
         )
 
 
@@ -80,7 +81,7 @@ def _pitches(scene: sections.Sections, members: dict[str, Any]) -> Problems:
             yield (
                 path,
                 "are followed tooth after tooth: give errors.slow = 'hunting', not "
-                f"{errors.slow.chosen!r}",
+                f"{errors.slow.chosen!r}{_without_response(scene)}",
             )
         if len(table.cumulative) != teeth:
             yield (
@@ -94,6 +95,12 @@ def _pitches(scene: sections.Sections, members: dict[str, Any]) -> Problems:
                 f"is part of errors.{name}.total_composite, and both would add up: "
                 "leave out total_composite",
             )
+
+
+def _without_response(scene: sections.Sections) -> str:
+    """Return the end of an advice to follow every tooth: no response does so."""
+    followed = scene.dynamics is not None and scene.dynamics.response is not None
+    return ", and leave out dynamics.response" if followed else ""
 
 
 def _widths(scene: sections.Sections, gear_set: Any) -> Problems:
@@ -171,9 +178,11 @@ def _response(scene: sections.Sections, response: Any) -> Problems:
             f"follows orbits and needs method 'periodic', not {dynamics.method!r}",
         )
     if scene.errors is not None and scene.errors.slow.turns:
+        measured = [f"errors.{name}.pitch" for name in scene.errors.measured_pitches]
+        of_pitches = f" without {' and '.join(measured)}" if measured else ""
         problem = (
             f"does not follow errors.slow = {scene.errors.slow.chosen!r}; give "
-            "'averaged' or 'frozen'"
+            f"'averaged' or 'frozen'{of_pitches}, or leave it out"
         )
         yield "dynamics.response", problem
 
@@ -201,13 +210,15 @@ def _fluctuation(scene: sections.Sections, dynamics: Any) -> Problems:
 def _requested(scene: sections.Sections, requested: tuple[str, ...]) -> Problems:
     """Results of a response on request need one; its spectra have their own orders."""
     if requested and scene.dynamics is None:
+        model = "'torsional' with mesh.damping_ratio"
+        if not scene.gears.descriptor.is_pair:
+            carrier = "mass and inertia of gears.carrier"
+            model = f"'planetary-torsional' with mesh.damping_ratio and {carrier}"
         yield (
             "store.variables",
             f"{requested[0]!r} is read off a motion, and under static load nothing "
-            "moves: give "
-            "[dynamics], such as model = 'torsional' with mesh.damping_ratio, or "
-            "leave it out of [store] "
-            "variables (a case: drop = ['store.variables'])",
+            f"moves: give [dynamics], such as model = {model}, or leave it out of "
+            "[store] variables (a case: drop = ['store.variables'])",
         )
     elif scene.dynamics is not None and scene.dynamics.response is not None:
         for name in requested:
@@ -225,10 +236,13 @@ def _extended(scene: sections.Sections, section: Any) -> Problems:
         place = f"{path}.extended_contact"
         model = repr(mesh.contact.chosen)
         if mesh.extended_contact and not mesh.contact.tip_corners:
+            knowing = (
+                "'displacement'" if scene.face_keys else "'displacement' or 'exact'"
+            )
             yield (
                 place,
-                f"{model} knows no tip corners: give mesh.contact = 'exact', or leave "
-                "it out",
+                f"{model} knows no tip corners: give mesh.contact = {knowing}, or "
+                "leave it out",
             )
         if mesh.extended_contact and mesh.stiffness.of_mesh:
             whole = (
