@@ -398,11 +398,20 @@ def test_a_number_of_two_meanings_asks_and_the_answer_is_taken(table, tmp_path, 
     assert read_table(path).numbers(name)[1] == (2410.0 if name == "loss" else 2e5)
 
 
-@pytest.mark.parametrize("error", ["#DIV/0!", "#N/A", "#NV", "#WERT!", "####", "#REF!"])
+OF_OTHER_LANGUAGES = (
+    "#VALEUR!", "#NOM?", "#¡VALOR!", "#¿NOMBRE?", "#N/D", "#RIF!", "#WAARDE!", "#I/T",
+    "#ДЕЛ/0!", "#Н/Д", "#SAYI/0!", "#HIÁNYZIK", "Errore:502",
+)  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    "error",
+    ["#DIV/0!", "#N/A", "#NV", "#WERT!", "####", "#REF!", "#n/a", *OF_OTHER_LANGUAGES],
+)
 @pytest.mark.parametrize("separator", [",", ";", "\t"])
 def test_an_error_of_a_spreadsheet_is_refused_by_its_row(table, error, separator):
-    rows = ["cycles,loss", "100,200", f"{error},410", "300,600", "400,?"]
-    text = "\n".join(rows).replace("?", error).replace(",", separator) + "\n"
+    rows = ["cycles,loss", "100,200", f"{error},410", "300,600", f"400,{error}"]
+    text = "\n".join(rows).replace(",", separator) + "\n"
     read = table("# a comment, with a comma\n" + text)
     assert read.lines == (3, 4, 5, 6)
     for name, line in (("cycles", 4), ("loss", 6)):
@@ -680,3 +689,12 @@ def test_ranges_without_a_middle_are_refused(tmp_path, ends, message):
     (tmp_path / "c.toml").write_text(text)
     with pytest.raises(wl.CampaignError, match=message):
         wl.load(tmp_path / "c.toml")
+
+
+@pytest.mark.parametrize(
+    "comment",
+    ["# Achtung, Mittelwerte!", "#100,200", "#!/bin/sh", "#Note!", "# N/D, 3"],
+)
+def test_a_comment_is_no_error_of_a_spreadsheet(table, comment):
+    read = table(f"{comment}\ncycles,loss\n100,200\n{comment}\n300,600\n")
+    assert read.names == ("cycles", "loss") and read.lines == (3, 5)

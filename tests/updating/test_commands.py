@@ -31,6 +31,8 @@ def test_check_tells_what_was_measured(told):
         and "3 values of worn mass pinion in weighings.csv" in out
         and "limit:" in out
     )
+    reach = next(line for line in out.splitlines() if ", at " in line)
+    assert " g, " in reach and reach.endswith((" h", " cycles"))
 
 
 def test_plan_says_which_runs_an_update_needs(told, store, tmp_path):

@@ -30,13 +30,19 @@ GROUPED = {
 BLANKS = str.maketrans(dict.fromkeys("\u00a0\u2007\u2009\u202f", " "))
 """Blanks that do not break a line: one between thousands is no separator."""
 SPREADSHEET_ERROR = re.compile(
-    r"#(?:DIV/0!|N/A|NV|VALUE!|WERT!|REF!|BEZUG!|NAME\?|NUM!|ZAHL!|NULL!|SPILL!|"
+    r"(?i:#(?:DIV/0!|N/A|NV|VALUE!|WERT!|REF!|BEZUG!|NAME\?|NUM!|ZAHL!|NULL!|SPILL!|"
     r"ÜBERLAUF!|CALC!|KALK!|FIELD!|FELD!|GETTING_DATA|CONNECT!|BLOCKED!|UNKNOWN!|"
     r"FORMULA!|#+)"
-    r"|(?:Err|Fehler):\d{3}",
-    re.IGNORECASE,
+    r"|(?:Err|Fehler|Erro|Errore):\d{3})"
+    r"|#[^\sa-zà-ÿ;,|#]*[^\W\d_][^\sa-zà-ÿ;,|#]*[!?]"
+    r"|#[A-ZÀ-Ý\u0400-\u042f]{1,2}/[A-ZÀ-Ý\u0400-\u042f]{1,4}"
+    r"|#(?:YOK|HIÁNYZIK|NEDOSTUPN[ÝÉ])"
 )
-"""What a spreadsheet writes where a formula fails or a column is too narrow."""
+"""What a spreadsheet writes where a formula fails or a column is too narrow.
+
+In any language: capitals with a mark at their end (``#VALEUR!``, ``#¿NOMBRE?``), or
+letters with a stroke (``#N/D``).
+"""
 CLOCK = (
     r"(?:[T ]+\d{1,2}:\d{2}(?::\d{2}(?:\.\d+)?)?(?: ?[AaPp][Mm]| "
     r"?Z|[+-]\d{2}:?\d{2})?)?"

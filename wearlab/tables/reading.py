@@ -35,9 +35,7 @@ thousands; a comma may be a decimal sign."""
 COMMENT_MARKS = ("#", "%")
 VALUES = (*TYPED, "error")
 """Kinds of cells that a row of values has."""
-ERROR_FIRST = re.compile(
-    rf"\s*(?:{SPREADSHEET_ERROR.pattern})\s*(?:[;,\t|]|$)", re.IGNORECASE
-)
+ERROR_FIRST = re.compile(rf"\s*(?:{SPREADSHEET_ERROR.pattern})\s*(?:[;,\t|]|$)")
 """A row whose first cell is an error, no comment."""
 NUMBER_SIGN = re.compile(r"#\s*[;,|]")
 """Beginning of headers whose first names the rows' numbers."""

@@ -27,6 +27,7 @@ from wearlab.campaign.update_options import (
 )
 from wearlab.scene import Scene, problems
 from wearlab.scene.duty_file import with_middles
+from wearlab.schema import VARIABLES
 from wearlab.tables import LARGEST_FILE, ReadTable, TableError, in_unit, read_table
 from wearlab.updating.calendar import (
     DAYS_A_YEAR,
@@ -300,6 +301,47 @@ class Observed:
     def censored(self) -> Flags:
         """Which values were below the limit of detection."""
         return np.isnan(self.value)
+
+    @property
+    def display_unit(self) -> str:
+        """The unit in which people read its values."""
+        declared = VARIABLES.get(self.data.quantity)
+        return self.data.si if declared is None else declared.display_units
+
+
+def reach_text(observations: Sequence[Observed]) -> str:
+    """Return how far values and times of some observations reach, in words.
+
+    Who reads it sees whether the file was read as it was meant.
+
+    Parameters
+    ----------
+    observations : of one quantity, by one clock
+    """
+    first = observations[0]
+    unit = first.display_unit
+    value = np.concatenate([observed.value for observed in observations])
+    below = np.concatenate([observed.below for observed in observations])
+    time = np.concatenate([observed.time for observed in observations])
+    texts = []
+    if not np.isnan(value).all():
+        texts.append(_span(units.convert(value, first.data.si or "1", unit), unit))
+    is_censored = np.isnan(value)
+    if is_censored.any():
+        limits = units.convert(below[is_censored], first.data.si or "1", unit)
+        texts.append(f"{int(is_censored.sum())} below {_span(limits, unit)}")
+    if first.clock == "hours":
+        return f"{', '.join(texts)}, at {_span(time / units.HOUR, 'h')}"
+    unit_of_time = {"cycle": "cycles"}.get(first.clock, "mesh cycles")
+    return f"{', '.join(texts)}, at {_span(time, unit_of_time)}"
+
+
+def _span(numbers: Array, unit: str) -> str:
+    """Return the smallest and the largest of numbers with their unit."""
+    ends = dict.fromkeys(
+        f"{end:.6g}" for end in (np.nanmin(numbers), np.nanmax(numbers))
+    )
+    return f"{' to '.join(ends)} {'' if unit == '1' else unit}".rstrip()
 
 
 def columns_of(

@@ -242,6 +242,7 @@ def _update(campaign: "Campaign") -> output.Text:
     """
     from wearlab.schema import VARIABLES
     from wearlab.updating.cases import studies
+    from wearlab.updating.measurements import reach_text
 
     for group in _groups_of(studies(campaign)):
         study = group[0]
@@ -271,6 +272,8 @@ def _update(campaign: "Campaign") -> output.Text:
             if first.unread:
                 line += f"; when, by {first.clock}: not by {', '.join(first.unread)}"
             yield line
+            if count:
+                yield f"    {reach_text(observations)}"
 
         for limit in dict.fromkeys(unit.limit for unit in group):
             where = f" of the {limit.where}" if limit.where else ""
