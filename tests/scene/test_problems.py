@@ -310,7 +310,7 @@ def test_all_problems_are_collected_once(table):
         ({"torque": "3 N*m"}, "speed missing: give torque and speed"),
         (
             {"power": "1 kW", "torque": "0 N*m"},
-            "give speed in place of power, or a torque",
+            "a torque of 0 has no power: give speed",
         ),
         (
             {"power": "1 kW", "torque": "1 N*m", "speed": "1 rpm"},
