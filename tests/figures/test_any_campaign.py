@@ -170,6 +170,20 @@ def test_too_many_panels_are_thinned_and_it_is_said(many):
     assert any(f"{MAX_PANELS} of {COUNT} places shown" in note for note in plot.notes)
 
 
+def test_points_of_panels_that_are_thinned_are_told(many, tmp_path):
+    """They were dropped without a word."""
+    path = tmp_path / "points.csv"
+    rows = [f"0.5,100,{torque}" for torque in TORQUES]
+    path.write_text("\n".join(["x,y [N],torque", *rows]) + "\n")
+    asked = {"kind": "mesh-force", "hue": "update", "cols": "torque"}
+    plot = plot_of(many, swept(COUNT), **asked, published=path)
+    curves = [curve for panel in plot.panels for curve in panel.curves]
+    drawn = [curve for curve in curves if curve.style == "published"]
+    (note,) = [note for note in plot.notes if "places shown" in note]
+    assert len(drawn) == MAX_PANELS
+    assert f"; {COUNT - MAX_PANELS} published points of others are left out" in note
+
+
 def test_wear_states_of_runs_that_wear_differently_are_told_by_their_cycles(many):
     """Were "wear state 0" to "wear state 2"."""
     plot = plot_of(many, swept(2), kind="wear-profile", select={"flank": "gear"})

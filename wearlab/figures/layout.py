@@ -355,7 +355,8 @@ def _product_labels(
 def _thinned(layout: Layout) -> Layout:
     """Return no more panels than can be seen.
 
-    Of the longer direction evenly spread places are kept, and a note says so.
+    Of the longer direction evenly spread places are kept, and a note says so, and of
+    how many published points there is no panel.
     """
     while True:
         counts = {role: len(layout.labels(role)) for role in ("rows", "cols")}
@@ -370,12 +371,20 @@ def _thinned(layout: Layout) -> Layout:
         series = [s for s in layout.series if s.key.get(name, chosen[0]) in chosen]
         message = f"{name.replace('_', ' ')}: {room} of {len(labels)} places shown"
         note = f"{message}; the others by select, or as hue"
+        points_left_out = _count_of_points(layout.series) - _count_of_points(series)
+        if points_left_out:
+            note += f"; {points_left_out} published points of others are left out"
         layout = Layout(
             series,
             {**layout.varied, name: chosen},
             layout.roles,
             (*layout.notes, note),
         )
+
+
+def _count_of_points(series: Sequence[Series]) -> int:
+    """Return how many published points stand among series."""
+    return sum(len(curve.x) for curve in series if curve.style == "published")
 
 
 def compose(
