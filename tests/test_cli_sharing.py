@@ -93,6 +93,20 @@ def test_merge_and_reindex(study, tmp_path, capsys):
     assert asked(capsys, "reindex", "--store", tmp_path / "none")[0] == 2
 
 
+def test_a_catalogue_that_was_cut_off_is_made_anew(tmp_path, capsys):
+    """Before the first run was stored: run sent to reindex, which saw no store."""
+    store = Store(tmp_path / "store")
+    store.archive.create()
+    path = store.archive.catalogue.path
+    (tmp_path / "cut").mkdir()
+    (tmp_path / "cut" / path.name).write_bytes(path.read_bytes()[:5000])
+    place = ("--store", tmp_path / "cut")
+    status, _, err = asked(capsys, "ls", *place)
+    assert status == 2 and "wearlab reindex" in err
+    assert asked(capsys, "reindex", *place)[0] == 0
+    assert asked(capsys, "ls", *place)[0] == 0
+
+
 def test_cite(study, capsys):
     _, store, campaign = study
     status, out, _ = asked(

@@ -206,7 +206,8 @@ def prune(
 @app.command()
 def reindex(store: options.StoreFolder = options.DEFAULT_STORE) -> output.Findings:
     """Make the catalogue anew from the run files."""
-    if not store.archive.files.folder.is_dir():
+    archive = store.archive
+    if not (archive.files.folder.is_dir() or archive.catalogue.path.is_file()):
         raise output.Stop(f"{store.path}: there is no store here")
     with output.watched("runs"):
         problems = store.reindex()
