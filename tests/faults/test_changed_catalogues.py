@@ -40,6 +40,7 @@ def store(tmp_path):
         "INSERT INTO facts SELECT 999, number, 7.0 FROM runs",
         "UPDATE keys SET name = 'stolen' WHERE name = 'life'",
         "UPDATE keys SET unit = 'mm' WHERE name = 'max_wear_depth'",
+        "UPDATE keys SET display_unit = 'km' WHERE name = 'max_wear_depth'",
         "UPDATE runs SET layout = 'other'",
         "UPDATE layouts SET layout = replace(layout, 'cycles', 'weeks')",
         "UPDATE documents SET scene = replace(scene, '800', '801')",

@@ -10,9 +10,11 @@ import h5py
 import netCDF4
 import numpy as np
 import pytest
+import xarray as xr
 from fake_campaign import sweep
 
 from wearlab.store import StoreError, reading
+from wearlab.store.description import describe
 from wearlab.store.netcdf import to_image
 from wearlab.store.reading import read_run, read_variable
 
@@ -207,3 +209,16 @@ def test_no_attribute_makes_a_reader_fall(tmp_path):
         except StoreError as error:
             assert str(path) in str(error)
         read_variable(str(path), "life")
+
+
+def test_a_sound_run_is_what_the_catalogue_says_whatever_the_order_in_memory():
+    """A mean over another order of memory was told as altered by verify."""
+    waves = 4e8 + 1e8 * np.random.default_rng(3).random((40, 3, 256))
+    attributes = {"units": "N m-1"}
+    means = []
+    for order in ("C", "F"):
+        values = np.asarray(waves, order=order)
+        stiffness = (("update", "mesh", "phase"), values, attributes)
+        described = describe(xr.Dataset({"mesh_stiffness": stiffness}))
+        means.append(described["summary"]["mesh_stiffness_mean"])
+    assert means[0] == means[1]

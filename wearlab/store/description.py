@@ -113,7 +113,9 @@ def _results(dataset: "xr.Dataset") -> tuple[dict[str, Any], dict[str, bytes]]:
                 histories[name] = _history(values)
         elif name in ALONG_PHASE:
             summary[f"{name}_min"] = plain(_reduced(variable.values, np.fmin))
-            summary[f"{name}_mean"] = plain(np.mean(variable.values))
+            # as a file gives them: sums round by the order of their terms
+            in_order = np.ascontiguousarray(variable.values)
+            summary[f"{name}_mean"] = plain(np.mean(in_order))
             summary[f"{name}_max"] = plain(_reduced(variable.values, np.fmax))
     return summary, histories
 

@@ -193,17 +193,19 @@ def _wrong_facts(
 def _other_units(store: StoredRuns) -> Iterator[files.Problem]:
     """Yield the keys of the catalogue that have other units than they should."""
     question, subject = (
-        "SELECT name, source, kind, unit, quantity FROM keys",
+        "SELECT name, source, kind, unit, quantity, display_unit FROM keys",
         "a key in the catalogue",
     )
     for name, source, kind, *units in store.archive.catalogue.read(question):
         key = database.understood(
             subject, keys.key_of, name.removesuffix(evaluate.HISTORY), source, kind
         )
-        if key.unit and units != [key.unit, key.quantity]:
+        expected = [key.unit, key.quantity, key.display_unit]
+        if key.unit and units != expected:
+            place = 0 if units[:2] != expected[:2] else -1
             message = (
-                f"has {name} in {units[0]!r}, not in {key.unit!r}; 'wearlab reindex' "
-                "mends it"
+                f"has {name} in {units[place]!r}, not in {expected[place]!r}; "
+                "'wearlab reindex' mends it"
             )
             yield files.Problem(store.archive.catalogue.path, "altered", message)
 
