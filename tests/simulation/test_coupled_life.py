@@ -94,10 +94,6 @@ def test_what_rests_wears_as_the_static_scene_does(scene):
     assert SetRate(moving).still is not None
 
 
-@pytest.mark.xfail(
-    reason="the estimate is 6 % of the depth at a tolerance of 2e-3 since contacts "
-    "move off slopes, 5 % asked; it covers the error"
-)
 def test_a_pair_that_once_jumped_is_within_its_estimate_at_any_tolerance():
     """The torsional pair at 1100 rpm to 1e8 cycles.
 

@@ -250,10 +250,6 @@ def test_asking_for_states_changes_no_estimate(
     assert found.estimate_quality.item() == other.estimate_quality.item()
 
 
-@pytest.mark.xfail(
-    reason="contacts that move off slopes converge more slowly with nodes: this "
-    "reference is too rough now"
-)
 def test_a_reference_that_is_hardly_better_judges_nothing(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

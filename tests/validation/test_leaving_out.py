@@ -11,16 +11,7 @@ NARROW = {"mesh.extended_contact": False}
 """Two pairs a mesh, as in other tests with friction: the same compiled code."""
 
 
-LOOKS_AHEAD = pytest.mark.xfail(
-    reason="rates of a life look ahead by a share of its depth, those of a state do not"
-)
-CHECKED = [
-    pytest.param(part, marks=LOOKS_AHEAD if part.name == "wear over cycles" else ())
-    for part in PARTS
-]
-
-
-@pytest.mark.parametrize("part", CHECKED, ids=[part.name for part in PARTS])
+@pytest.mark.parametrize("part", PARTS, ids=lambda part: part.name)
 def test_results_are_identical_where_the_effect_is_zero(part):
     if part.name == "friction":
         part = part._replace(present=part.present | NARROW, absent=part.absent | NARROW)

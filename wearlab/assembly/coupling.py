@@ -1,6 +1,5 @@
 """Contact and wear of each kind of mesh, joined on the clock of the set."""
 
-import math
 from collections.abc import Iterator, Sequence
 from typing import Any
 
@@ -9,7 +8,6 @@ import numpy as np
 from wearlab.assembly import face
 from wearlab.assembly.face_patch import FacePatchSetting, repeated
 from wearlab.assembly.kinds import MeshKindModel
-from wearlab.assembly.life import cycles_of
 from wearlab.assembly.on_clock import OnClock
 from wearlab.assembly.wear_law import build_law
 from wearlab.life import coupled
@@ -38,7 +36,7 @@ def joined_kinds(
         if scene.face_keys:
             yield _face_kind(scene, gears, kind, model, on_clock, of_kind)
         else:
-            yield mesh_kind(scene, gears, model, on_clock, of_kind)
+            yield mesh_kind(scene, model, on_clock, of_kind)
 
 
 def _face_kind(
@@ -52,16 +50,13 @@ def _face_kind(
     """Return contact and wear over the face of one kind of mesh."""
     over_face = face.build_face_contact(scene, kind, model.analysis, gears.helix)
     law = build_law(scene, kind.pair, repeated(model.path, over_face.grid.shape[0]))
-    setting = FacePatchSetting(
-        model.analysis, model.path, law, *_limits(scene, gears), face=over_face
-    )
+    setting = FacePatchSetting(model.analysis, model.path, law, over_face)
     lags = {number: on_clock.meshes[number].lag for number in of_kind}
     return FaceKind(over_face, law, _patch(scene, setting), lags)
 
 
 def mesh_kind(
     scene: Scene,
-    gears: gear_set.GearSet,
     model: MeshKindModel,
     on_clock: OnClock,
     of_kind: np.ndarray[Any, np.dtype[np.int64]],
@@ -70,13 +65,12 @@ def mesh_kind(
 
     Parameters
     ----------
-    scene, gears : the scene and its gear set
+    scene : the scene
     model : physics of the kind of mesh
     on_clock : the meshes on their clock
     of_kind : numbers of the meshes of this kind
     """
-    limits = _limits(scene, gears)
-    setting = PatchSetting(model.analysis, model.path, model.law, *limits)
+    setting = PatchSetting(model.analysis, model.path, model.law)
     instants = tuple(
         clock.instants_of(
             model.analysis.grid,
@@ -89,15 +83,6 @@ def mesh_kind(
     return coupled.MeshKind(
         model.analysis, model.law, _patch(scene, setting), of_kind, instants
     )
-
-
-def _limits(scene: Scene, gears: gear_set.GearSet) -> tuple[float, float]:
-    """Return the cycles [1] and the depth [m] that end a life; 0 where none begins."""
-    until: Any = scene.wear.until if scene.wear else None
-    if until is None:
-        return 0.0, 0.0
-    cycles = cycles_of(until, gears)
-    return math.inf if cycles is None else cycles, until.depth or math.inf
 
 
 def _patch(scene: Scene, setting: PatchSetting) -> Any:

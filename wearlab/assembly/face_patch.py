@@ -1,6 +1,6 @@
 """Contact patch and path of contact of flanks with a width, slice by slice."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -21,7 +21,7 @@ class FacePatchSetting(PatchSetting):
     face : contact over the face
     """
 
-    face: FaceContact = field(kw_only=True)
+    face: FaceContact
 
     @cached_property
     def line_load(self) -> Array:

@@ -51,30 +51,6 @@ def flank_entries(
     return np.concatenate([np.arange(one.start, one.stop) for one in entries])
 
 
-def cycles_of(
-    until: Any,
-    gears: gear_set.GearSet,
-    speed: float | None = None,
-    passed: tuple[float, float] = (0.0, 0.0),
-) -> float | None:
-    """Return after how many cycles of the reference gear a life ends, None: never.
-
-    Parameters
-    ----------
-    until : options of ``wear.until``
-    gears, speed, passed : as of `build_limits`
-    """
-    turns = (
-        until.cycles,
-        until.mesh_cycles and until.mesh_cycles / gears.reference_teeth,
-    )
-    cycles = [count - passed[0] for count in turns if count is not None]
-    if until.hours is not None:
-        turned = (gears.speed if speed is None else speed) / (2 * np.pi)
-        cycles.append((3600.0 * until.hours - passed[1]) * turned)
-    return min(cycles, default=None)
-
-
 def build_limits(
     scene: Scene,
     gears: gear_set.GearSet,
@@ -96,8 +72,16 @@ def build_limits(
     until: Any = scene.wear.until if scene.wear else None
     if until is None:
         return limits.Limits(None, None, slice(None))
+    turns = (
+        until.cycles,
+        until.mesh_cycles and until.mesh_cycles / gears.reference_teeth,
+    )
+    cycles = [count - passed[0] for count in turns if count is not None]
+    if until.hours is not None:
+        turned = (gears.speed if speed is None else speed) / (2 * np.pi)
+        cycles.append((3600.0 * until.hours - passed[1]) * turned)
     return limits.Limits(
-        cycles_of(until, gears, speed, passed),
+        min(cycles, default=None),
         until.depth,
         flank_entries(until.flank, gears, coupling),
     )

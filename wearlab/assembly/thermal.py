@@ -62,8 +62,7 @@ def kinds_at(
     on_clock : the mesh on its clock
     """
     model = model_at(scene, gears, cold, temperature)
-    of_kind = np.zeros(1, np.int64)
-    return (mesh_kind(scene, gears, model, on_clock, of_kind),)
+    return (mesh_kind(scene, model, on_clock, np.zeros(1, np.int64)),)
 
 
 def build_warming(

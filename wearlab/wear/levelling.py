@@ -30,8 +30,9 @@ Source: Johnson, Contact Mechanics (1985) §2.7, and Appendix 1 for the integral
 §8 "Corrugation".
 """
 
+import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -261,9 +262,15 @@ def coefficients(t: Array, last_order: int) -> Array:
     return values
 
 
-LAG, LAG_OVER_DEPTH = 3e-6, 0.03
-"""Wear by which the semi-implicit rate looks ahead at the fastest static rate, at most
-[m] and over the depth that a life is to reach [1]."""
+LAG = 6e-4
+"""Largest wear by which a rate looks ahead, at the fastest static rate, times nodes of
+the path [m]."""
+LAG_OVER_DEPTH = 10.0
+"""That wear over the deepest so far, times nodes of the path [1]."""
+LEAST_LAG = 4.0**-5
+"""Least lag over the largest [1]."""
+BETWEEN_LAGS = 4.0
+"""A lag that is factored over the next shorter one [1]."""
 
 
 class Levelling(NamedTuple):
@@ -359,9 +366,9 @@ class Shift(NamedTuple):
         return self.conducted * between
 
 
-LEAST_INTERVAL = 0.25
-"""Least length between two nodes, over the mean, that a flux passes: nodes on either
-side of a step of the force lie at one place [1]."""
+ONE_PLACE = 1e-3
+"""Length between two nodes, over the mean, below which they lie at one place, on either
+side of a step of the force [1]."""
 
 
 def shift(spread: csr_array, rate: Array, path: WearPath, slices: int = 1) -> Shift:
@@ -400,11 +407,21 @@ def _differences(arc: Array, slices: int) -> csr_array:
 
 
 def _slopes(arc: Array, slices: int) -> csr_array:
-    """Return what turns values at nodes into slopes between them, (n − 1, n) [1/m]."""
+    """Return what turns values at nodes into slopes between them, (n − 1, n) [1/m].
+
+    Between two nodes at one place it is the mean of the slopes on either side: what is
+    felt there differs by the widths of their contacts alone.
+    """
     step = np.diff(ascending(arc))
-    step = np.maximum(step, LEAST_INTERVAL * step.mean())
-    per_step = np.tile(np.append(1.0 / step, 0.0), slices)[:-1]
-    return csr_array(diags_array(per_step) @ _differences(arc, slices))
+    apart = step > ONE_PLACE * step.mean()
+    per_step = np.divide(1.0, step, out=np.zeros_like(step), where=apart)
+    of_slice = np.append(per_step, 0.0)
+    slopes = diags_array(np.tile(of_slice, slices)[:-1]) @ _differences(arc, slices)
+
+    together = np.append(~apart, False)
+    half = 0.5 * np.tile(together, slices)[:-1]
+    passed_on = diags_array([half[1:], half[:-1]], offsets=[-1, 1])
+    return csr_array(slopes + passed_on @ slopes)
 
 
 def looking_ahead(matrix: csr_array, lag: float) -> SuperLU:
@@ -413,14 +430,66 @@ def looking_ahead(matrix: csr_array, lag: float) -> SuperLU:
 
 
 @dataclass(frozen=True)
+class Ahead:
+    """A rate that looks ahead, ``(2A − A²) r`` with ``A = (I − τD)⁻¹``.
+
+    Its error is of second order in τ: what D evens out while the fastest contact wears
+    by the lag. It is a share of the depth so far, since waves that have not grown need
+    not be followed, and 3 µm at most. Between lags that are four times each other,
+    which are factored once, rates are interpolated.
+
+    Parameters
+    ----------
+    matrix : D of contacts that bear the whole load, (2n, 2n) [1/cycle]
+    fastest : static rate of the fastest contact [m per cycle]
+    nodes : of the path of contact [1]
+    """
+
+    matrix: csr_array
+    fastest: float
+    nodes: int
+    _factors: dict[int, SuperLU] = field(default_factory=dict, compare=False)
+
+    def rate(self, forced: Array, depth: float) -> Array:
+        """Return the rate (2n,) that looks ahead [m per cycle].
+
+        Parameters
+        ----------
+        forced : (2n,) rate [m per cycle]
+        depth : deepest wear so far [m]
+        """
+        if self.fastest <= 0.0:
+            return forced
+        share = min(LAG_OVER_DEPTH * depth / LAG, 1.0)
+        place = -math.log(max(share, LEAST_LAG)) / math.log(BETWEEN_LAGS)
+        level = int(place)
+        between = place - level
+        shorter = between**2 * (3.0 - 2.0 * between)  # smooth from lag to lag
+        longer = self._looking_ahead(forced, level)
+        if shorter == 0.0:
+            return longer
+        following = self._looking_ahead(forced, level + 1)
+        return longer + shorter * (following - longer)
+
+    def _looking_ahead(self, forced: Array, level: int) -> Array:
+        """Return the rate with one of the lags."""
+        if level not in self._factors:
+            for other in set(self._factors) - {level - 1, level + 1}:
+                del self._factors[other]  # depths only grow
+            lag = LAG / self.nodes * BETWEEN_LAGS**-level / self.fastest
+            self._factors[level] = looking_ahead(self.matrix, lag)
+        once = self._factors[level].solve(forced)
+        twice = self._factors[level].solve(once)
+        return np.asarray(2.0 * once - twice)
+
+
+@dataclass(frozen=True)
 class Elastic(TwoWay):
     """Wear is spread and felt over the patch, and the pressure redistributes inside it.
 
-    ``h' = max{0, (2A − A²) [S r + D h]}`` with ``A = (I − τD)⁻¹`` and r the pointwise
-    rate. τ is numerical, and its error of second order: waves that D levels within 3 µm
-    of wear, or 3 % of the depth that is to be reached, are followed with that lag. A
+    ``h' = max{0, (2A − A²) [S r + D h]}`` with r the pointwise rate, see `Ahead`. A
     contact levels by as much as it bears: nothing where it never touches, at most as if
-    it bore the whole load; I − τD takes all to bear that, on the stable side.
+    it bore the whole load; A takes all to bear that, on the stable side.
 
     Parameters
     ----------
@@ -428,14 +497,14 @@ class Elastic(TwoWay):
     shift : of contacts off slopes of wear, None: they are sought on whole outlines
     reference : (n,) force that makes the patches [N]
     largest : (n,) the load over it, at least 1 [1]
-    ahead : factors of I − τD
+    ahead : how a rate looks ahead
     """
 
     levelling: Levelling
     shift: Shift | None
     reference: Array
     largest: Array
-    ahead: SuperLU
+    ahead: Ahead
 
     def rate(self, pointwise: Array, depth: Array, force: Array) -> Array:
         """Return the wear rate of flanks from that of contact centres, (2, n)."""
@@ -444,9 +513,8 @@ class Elastic(TwoWay):
         forced = spread + self.levelling.at(depth.ravel(), contact)
         if self.shift is not None:
             forced = forced + self.shift.at(depth.ravel(), contact)
-        once = self.ahead.solve(forced)
-        twice = self.ahead.solve(once)
-        return np.maximum(0.0, 2.0 * once - twice).reshape(pointwise.shape)
+        rate = self.ahead.rate(forced, float(depth.max(initial=0.0)))
+        return np.maximum(0.0, rate).reshape(pointwise.shape)
 
 
 @remembered
@@ -458,7 +526,6 @@ def elastic(
     static_rate: Array,
     path: WearPath,
     shifts: bool,
-    lag: float = LAG,
 ) -> Elastic:
     """Return the patch with its pressure redistributed inside.
 
@@ -472,7 +539,6 @@ def elastic(
     path : WearPath
     shifts : whether contacts move off slopes of wear, as where gaps are those of the
         line of action
-    lag : τ times the fastest spread static rate [m]
 
     References
     ----------
@@ -481,7 +547,6 @@ def elastic(
     spread = spread_matrix(half_width, path)
     level = levelling(half_width, sliding, path)
     fastest = float((spread @ static_rate.ravel()).max(initial=0.0))
-    tau = lag / fastest if fastest > 0.0 else 0.0
     largest = np.maximum(1.0, load / reference)
     matrix = level.matrix(largest)
     moved = None
@@ -496,5 +561,5 @@ def elastic(
         moved,
         reference,
         largest,
-        looking_ahead(matrix, tau),
+        Ahead(matrix, fastest, len(path.equivalent_radius)),
     )

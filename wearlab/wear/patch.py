@@ -31,7 +31,6 @@ constant d. So the area is conserved to round-off, d itself returns as a → 0, 
 value turns negative. What would fall off either end of the path is reflected there.
 """
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache, wraps
@@ -83,24 +82,11 @@ class PatchSetting:
     analysis : contact of the flanks
     path : of contact
     law : the wear law, None: nothing wears on
-    cycles, depth : limits of the life, inf where it has none [1], [m]
     """
 
     analysis: "ContactAnalysis"
     path: WearPath
     law: "PreparedLaw | None"
-    cycles: float = math.inf
-    depth: float = math.inf
-
-    @cached_property
-    def final_depth(self) -> float:
-        """About how deep the life is to wear, at its first rate [m]."""
-        from wearlab.wear.law import wear_rate
-
-        if self.law is None:
-            return self.depth
-        fastest = float(wear_rate(self.law, self.static).max(initial=0.0))
-        return min(self.depth, self.cycles * fastest if fastest > 0.0 else math.inf)
 
     @cached_property
     def static(self) -> Array:

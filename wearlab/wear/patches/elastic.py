@@ -20,7 +20,7 @@ class ElasticPatch(PatchModel):
         Where nothing wears on, what is worn is felt all the same.
         """
         from wearlab.wear.law import wear_rate
-        from wearlab.wear.levelling import LAG, LAG_OVER_DEPTH, elastic
+        from wearlab.wear.levelling import elastic
         from wearlab.wear.patch import two_way
 
         law = setting.law
@@ -37,5 +37,4 @@ class ElasticPatch(PatchModel):
             wear_rate(law, setting.static),
             path,
             setting.analysis.along_line_of_action,
-            min(LAG, LAG_OVER_DEPTH * setting.final_depth),
         )
