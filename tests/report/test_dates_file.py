@@ -114,6 +114,24 @@ def test_a_calendar_has_an_entry_a_unit_by_rfc_5545(tree):
     assert "TRIGGER;VALUE=DATE-TIME:20270101T" in in_time
 
 
+def test_units_without_a_median_day_have_an_entry_too(tree):
+    """Surely passed: today. Probably never: the lower end, as a reminder."""
+    values = tree["predictions"].to_dataset().copy(deep=True)
+    ends = values["end_of_life_quantile"].values
+    ends[2, 2:] = "never"
+    values["passed_today"].values[1] = 1.0
+    values["end_passed"].values[1] = 1.0
+    tree["predictions"] = values
+    text = content_of(tree, Path("fleet.ics")).decode().replace("\r\n ", "")
+    entries = re.findall("BEGIN:VEVENT\r\n(.*?)END:VEVENT\r\n", text, re.DOTALL)
+    assert len(entries) == 3
+    passed, never, _ = entries
+    assert "müde: overdue" in passed and "DTSTART;VALUE=DATE:20260630" in passed
+    assert "TRIGGER;VALUE=DATE-TIME:20260630T" in passed
+    assert "SUMMARY:G3: limit reached" in never
+    assert "DTSTART;VALUE=DATE:20260630" in never  # its lower end is in the past
+
+
 def test_what_cannot_be_written_is_refused_with_a_remedy(tree, monkeypatch):
     with pytest.raises(StoreError, match=r"not '.txt': name it fleet.xlsx"):
         content_of(tree, Path("fleet.txt"))

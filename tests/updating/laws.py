@@ -114,18 +114,6 @@ def told(posterior):
     return Told(np.interp(QUANTILES, rising, CYCLES / LIFE))
 
 
-def with_steady_share(posterior, share):
-    """Return a posterior as if a steady rate had had another probability before."""
-    steady = np.array([run.course is None for run in posterior.histories])
-    now = rate_drift.STEADY_SHARE
-    ratio = np.where(steady, share / now, (1.0 - share) / (1.0 - now))
-    total = float(np.sum(posterior.weight * ratio))
-    return posterior.with_changes(
-        weight=posterior.weight * ratio / total,
-        mass=posterior.mass * (ratio / total)[:, None],
-    )
-
-
 def posteriors(value, error):
     """Return what is known with a steady rate, and with one that may drift."""
     seen = (observed(TIMES * LIFE, value, error),)

@@ -32,6 +32,7 @@ HEADS = (
     "overdue",
     "reasons",
 )
+WHAT_IF_HEADS = ("unit", "limit reached", "90 % from", "90 % to", "as now")
 MAX_OCTETS = 75  # of a line of a calendar (RFC 5545, 3.1)
 REMINDED_AT = "T080000Z"  # time of a reminder, of its day
 NO_DAYS = (
@@ -218,12 +219,10 @@ def _workbook(tree: "xr.DataTree", rows: Sequence[UnitDays]) -> bytes:
     sheet = book.active
     sheet.title = "units"
     sheet.freeze_panes = "A2"
-    for number, (condition, heads, units) in enumerate(
-        report_text.what_if_tables(tree), 1
-    ):
+    for number, (condition, units) in enumerate(report_text.what_if_ends(tree), 1):
         what_if = book.create_sheet(f"what if {number}")
         days = [[_day_or_text(cell) for cell in unit] for unit in units]
-        _write(what_if, [[condition], list(heads), *days])
+        _write(what_if, [[condition], list(WHAT_IF_HEADS), *days])
     about = book.create_sheet("about")
     _write(sheet, [list(HEADS), *map(_cells, rows)])
     _write(about, [[name, text] for name, text in _about(tree).items()])
@@ -259,12 +258,26 @@ def _calendar(tree: "xr.DataTree", rows: Sequence[UnitDays]) -> bytes:
     stamp = about["made"][:19].replace("-", "").replace(":", "") + "Z"
     today = _day_or_text(about["today"])
     lines = ["BEGIN:VCALENDAR", "VERSION:2.0", "PRODID:-//wearlab//update//EN"]
+    subject = str(tree.attrs.get("subject", ""))
     for row in rows:
-        if isinstance(row.day, date):
-            subject = str(tree.attrs.get("subject", ""))
-            lines += _entry(row, row.day, today, stamp, subject)
+        day = _day_of_entry(row, today)
+        if day is not None:
+            lines += _entry(row, day, today, stamp, subject)
     lines.append("END:VCALENDAR")
     return "".join(f"{_folded(line)}\r\n" for line in lines).encode()
+
+
+def _day_of_entry(row: UnitDays, today: date | str) -> date | None:
+    """Return the day of a unit's entry, None where none is known.
+
+    What has surely been passed has no day of its own and stands at today; what more
+    probably than not never reaches the limit stands at its lower end.
+    """
+    if isinstance(row.day, date):
+        return row.day
+    if row.overdue and isinstance(today, date):
+        return today
+    return row.low if isinstance(row.low, date) else None
 
 
 def _entry(

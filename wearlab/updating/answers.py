@@ -186,7 +186,7 @@ def _drifting(study: Subject, runs: Runs, blocks: Blocks) -> Runs:
     they are as they are.
     """
     spec = study.spec
-    steady = [run for run in runs if run.course is None]
+    steady = [run for run in runs if run.is_as_stated]
     is_asked = spec.discrepancy == DRIFTING and study.prior is not None
     changes = spec.change != "none" or bool(study.replaced)
     if not is_asked or changes or len(steady) > 1:
@@ -225,7 +225,7 @@ def outcome_of(
     prior_draws = sampling.draw(prior, study.spec.draws, rng)
     checks, courses = sampling.checks(draws)
     misfits = misfit.misfits(answer.posterior)
-    seen = min(misfits.values(), default=1.0) < sampling.ALARM
+    seen = min(misfits.values(), default=1.0) < misfit.ALARM
     readings = _readings(study, answer, seen)
     odd = tuple(odd_rows(answer.posterior, sampling.ALARM))
     robust = None

@@ -167,18 +167,21 @@ def states_at_looks(
         if last is not None:
             w = last.drawn(look, rate, rng)
         mean = np.empty(len(draws))
+        scatter = np.empty(len(draws))
         life = draws.life.copy()
         for run, chosen in runs:
             factor = draws.factor[chosen]
             points = run.points[number]
             run_cycle = run.equivalent_cycle(np.array(look), factor, points.clock)
             mean[chosen] = points.curve.at(run_cycle)
+            scatter[chosen] = run.scatter
             if drifting == number:
                 life[chosen] = lives.draw_lives(
                     run, factor, w[chosen], look, rate[chosen], rng
                 )
         variance = draws.sd[number] ** 2 + column_sd**2
-        variance = variance + (block.relative * gain * mean) ** 2
+        relative = np.hypot(block.relative, scatter)
+        variance = variance + (relative * gain * mean) ** 2
         sd = np.sqrt(variance + error.offset_sd**2)
         yield LookState(mean * gain + w, life, sd)
 

@@ -79,7 +79,9 @@ def modelled(block: Block, run: RunHistory, number: int, factor: Array) -> Array
     return np.asarray(wear_at(cycle) - wear_at(cycles_since(block, run, number)))
 
 
-def compared(block: Block, model: Array, sd: Array) -> kalman.Residuals:
+def compared(
+    block: Block, model: Array, sd: Array, scatter: Array | float = 0.0
+) -> kalman.Residuals:
     """Return what was measured beside a model, as the filter takes it.
 
     Parameters
@@ -87,6 +89,7 @@ def compared(block: Block, model: Array, sd: Array) -> kalman.Residuals:
     block : what was measured
     model : what is said of each value that counts, (…, n) [SI]
     sd : standard deviation of a value, (…) [SI]
+    scatter : relative error besides, (…)
     """
     observed = block.observed
     rows = block.rows
@@ -95,6 +98,8 @@ def compared(block: Block, model: Array, sd: Array) -> kalman.Residuals:
     variance = variance + column_sd**2 if column_sd.any() else variance
     relative = block.numerical if block.data.error.gain_sd else block.relative
     variance = variance + (relative * model) ** 2 if relative else variance
+    if np.any(scatter):
+        variance = variance + (np.asarray(scatter)[..., None] * model) ** 2
 
     censored = observed.censored[rows]
     difference = observed.value[rows] - model
@@ -153,7 +158,8 @@ def log_likelihood(
     model = np.empty((*np.shape(lanes.factor), len(block.rows)))
     for run, chosen in pairs:
         model[chosen] = modelled(block, run, number, lanes.factor[chosen])
-    residuals = compared(block, model, lanes.sd)
+    scatter = _by_lane([run.scatter for run, _ in pairs], pairs, lanes.shape)
+    residuals = compared(block, model, lanes.sd, scatter)
     rate = lanes.rate
     if cycles.elapsed is not None:  # each value has a W of its own
         elapsed_variance = rate[..., None] * cycles.elapsed

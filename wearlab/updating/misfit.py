@@ -7,12 +7,11 @@ regression, and its F grows with the share of the rest that it explains,
 
     (q·r)²/|r|² = F/(F + n − 2),
 
-q being what is new in that column, of length 1. The largest of these shares is compared
-with that of random residuals, so that all columns together raise one false alarm. The
-sd drops out.
+q being what is new in that column, of length 1. Of the probability of a false alarm the
+power has `OF_POWER`, since most laws of wear bend, and all breaks together the rest:
+the least of the columns' probabilities, each over its part, is compared with that of
+random residuals. The sd drops out.
 """
-
-from typing import Any
 
 import numpy as np
 from scipy.stats import beta
@@ -25,7 +24,9 @@ from wearlab.updating.run_curves import RunHistory
 
 MIN_INSPECTIONS = 5
 MOST_INSPECTIONS = 60  # of more, neighbouring ones are taken as one
-RANDOM_SETS = 2000  # of residuals, with whose shares that of the data is compared
+ALARM = 0.015  # probability of a false alarm: in 200 clean sets mostly 4 or fewer
+OF_POWER = 0.8  # of the probability of a false alarm, one more power; breaks the rest
+RANDOM_SETS = 10_000  # of residuals, with which those of the data are compared
 SEED = 58
 NEARBY = 1e-4  # in ln factor, over which slopes are taken
 STEPS = 4  # to the factor that fits best
@@ -132,19 +133,29 @@ def _probability(rest: Array, slope: Array, columns: Array) -> float:
     directions = new[is_new] / length[is_new, None]
     if not len(directions):
         return 1.0  # no column tells anything that the model does not
+    part = _parts(len(columns))[is_new]
+    part = part / part.sum()
+    freedom = len(rest) - 2
 
-    def explained(residuals: Array) -> Any:
-        """Return the largest share that a column explains, of each row."""
+    def explained(residuals: Array) -> Array:
+        """Return the share that each column explains, (rows, columns)."""
         beside = residuals - np.outer(residuals @ along, along)
-        squares = np.sum(beside**2, axis=1)
-        shares = (beside @ directions.T) ** 2 / np.maximum(squares, 1e-300)[:, None]
-        return shares.max(axis=1)
+        squares = np.sum(beside**2, axis=1, keepdims=True)
+        return np.asarray((beside @ directions.T) ** 2 / np.maximum(squares, 1e-300))
 
-    seen = float(explained(rest[None])[0])
+    of_columns = beta.sf(explained(rest[None])[0], 0.5, 0.5 * freedom)
+    least = float(np.min(of_columns / part))
+    as_clear = beta.isf(np.minimum(least * part, 1.0), 0.5, 0.5 * freedom)
     rng = np.random.default_rng(SEED)
     by_chance = explained(rng.standard_normal((RANDOM_SETS, len(rest))))
-    simulated = (np.sum(by_chance >= seen) + 0.5) / RANDOM_SETS
-    # of a share that hardly any has, the sum of all columns' probabilities
-    freedom = len(rest) - 2
-    together = len(directions) * beta.sf(seen, 0.5, 0.5 * freedom)
-    return float(min(simulated, together, 1.0))
+    simulated = (np.sum((by_chance >= as_clear).any(axis=1)) + 0.5) / RANDOM_SETS
+    # what hardly any set has: no more than the sum of all columns' probabilities
+    return float(min(simulated, least, 1.0))
+
+
+def _parts(count: int) -> Array:
+    """Return the part of each column in the probability of a false alarm, (count,)."""
+    if count == 1:
+        return np.ones(1)
+    breaks = np.full(count - 1, (1.0 - OF_POWER) / (count - 1))
+    return np.append(OF_POWER, breaks)

@@ -1,7 +1,7 @@
-"""A wear rate that drifts, as clocks on the one stored run.
+"""A wear rate that drifts, as clocks on the one stored run, and scatter of readings.
 
-Half of the probability before is that of a steady rate. Else wear has one of three
-courses over the share x of the time inspected, each 1 at x = 1 and going on beyond it:
+A steady rate has a probability before (`SHARE`). Else wear has one of three courses
+over the share x of the time inspected, each 1 at x = 1 and going on beyond it:
 
     power       x^b                                     faster and faster, or slower
     change      x until p, and r times as fast after    one change, at any p alike
@@ -10,10 +10,13 @@ courses over the share x of the time inspected, each 1 at x = 1 and going on bey
 One scale says how far rates drift: the logs of b and r are Student-t, with it in the
 proportions of `PROPORTION`. Each course is a clock on the stored run, so that k, errors
 and lives are inferred as without it, and courses count by their evidence: no test
-switches one on.
+switches one on. With each of them, and with a steady rate, readings may scatter in
+proportion to the wear besides the errors that are named (`SCATTER`): else what is
+larger errors late in a life is taken for a rate that drifts.
 
-Which courses count is found by the evidence in Laplace's approximation, which is good
-for a range of sizes; in it stand evenly spaced ones, which are then integrated exactly.
+Where courses count is found by the evidence in Laplace's approximation, which is good
+for a range of sizes; in it stand evenly spaced ones. Of these, some are drawn evenly by
+their probability so found, and integrated exactly.
 """
 
 from collections.abc import Sequence
@@ -30,9 +33,10 @@ from wearlab.updating.lives import Answer
 from wearlab.updating.run_curves import Clock, Course, ObservationPoints, RunHistory
 
 STEADY, POWER, CHANGE, RUNNING_IN = "steady", "power", "change", "running-in"
-STEADY_SHARE = 0.5  # probability of a steady rate before
-SCALE = 0.5  # of ln of the ratio by which a rate drifts
-PROPORTION = {POWER: 0.5, CHANGE: 1.0, RUNNING_IN: 2.0}  # of sizes to that scale
+SHARE = {STEADY: 0.2, POWER: 0.25, CHANGE: 0.2, RUNNING_IN: 0.35}  # before
+SCATTER = {0.0: 0.3, 0.025: 0.4, 0.06: 0.3}  # probability of relative errors besides
+SCALE = 0.65  # of ln of the ratio by which a rate drifts
+PROPORTION = {POWER: 0.25, CHANGE: 1.0, RUNNING_IN: 2.25}  # of sizes to that scale
 FREEDOM = 3.0  # degrees, of the Student-t law of sizes
 PLACES = {
     POWER: np.ones(1),
@@ -42,13 +46,15 @@ PLACES = {
 WIDEST = {POWER: 1.5, CHANGE: 4.0, RUNNING_IN: 4.0}  # size that is looked at first
 LOOKED_AT = 41  # sizes at a place while their range is narrowed
 # sizes at a place that are integrated over, shifted from place to place
-NODES = {POWER: 32, CHANGE: 8, RUNNING_IN: 8}
+NODES = {POWER: 20, CHANGE: 6, RUNNING_IN: 6}
 GOLDEN = 0.6180339887  # by which they are
 ROUNDS = 6  # of narrowing
 DEPTH = 9.0  # of ln of the weight below its top that a range reaches down to
-COUNTED = 6.0  # of ln of the weight below the largest, that counts
-MAX_RUNS = 80
+COUNTED = 8.0  # of ln of the weight below the largest, that counts
+MAX_RUNS = 64
 MAX_RUNS_OF_MANY = 10  # where values are condensed
+LEAST_RUNS = 24  # where they are not, of however many
+VALUES_OF_RUNS = 20_000  # of all runs together, up to which there are more
 GROUPS = 48  # of neighbouring values that courses are chosen by
 STEPS = 4  # of Gauss and Newton
 LONGEST_STEP = 0.5  # of ln factor
@@ -226,24 +232,49 @@ def _begins(column: Index, count: int) -> Any:
 
 
 class Courses(NamedTuple):
-    """Courses of one kind.
+    """Courses of one kind; a row is a place with a scatter.
 
     Parameters
     ----------
     kind : power | change | running-in
-    size : (places, sizes)
-    place : (places, 1)
+    size : (rows, sizes)
+    place : (rows, 1)
+    scatter : (rows, 1) relative error of readings besides
     """
 
     kind: str
     size: Array
     place: Array
+    scatter: Array
 
     def passed(self, share: Array) -> Array:
-        """Return the share of equal wear that has passed, (places, sizes, n)."""
+        """Return the share of equal wear that has passed, (rows, sizes, n)."""
         return wear_passed(
             self.kind, self.size[..., None], self.place[..., None], share
         )
+
+    def added_variance(self, group: Group) -> Array:
+        """Return the variance of readings besides the unknown, (rows, 1, n) [SI²]."""
+        scatter = self.scatter[..., None] * group.value
+        return np.asarray(group.variance + scatter**2)
+
+    def each(self) -> list["ScatteredCourse"]:
+        """Return every course with its scatter, row by row."""
+        columns = [
+            np.broadcast_to(column, self.size.shape).ravel().tolist()
+            for column in (self.size, self.place, self.scatter)
+        ]
+        return [
+            ScatteredCourse(Course(self.kind, size, place), scatter)
+            for size, place, scatter in zip(*columns, strict=True)
+        ]
+
+
+class ScatteredCourse(NamedTuple):
+    """A course with the relative error of readings besides those that are named."""
+
+    course: Course
+    scatter: float
 
 
 def _log_evidence(
@@ -261,7 +292,8 @@ def _log_evidence(
             nearby = _modelled(run, group, log_factor + 1e-4, now, first)
             slope = (nearby - model) / 1e-4
             rest = group.value - model
-            variance, of_errors = _variances(group, rest)
+            added = courses.added_variance(group)
+            variance, of_errors = _variances(group, added, rest)
             logs += of_errors - 0.5 * np.sum(rest**2 / variance, axis=-1)
             gradient += np.sum(slope * rest / variance, axis=-1)
             curvature += np.sum(slope**2 / variance, axis=-1)
@@ -278,7 +310,7 @@ def _modelled(
     now: Array,
     first: Array,
 ) -> Array:
-    """Return what courses say of groups, (places, sizes, n) [SI]."""
+    """Return what courses say of groups, (rows, sizes, n) [SI]."""
     factor = np.exp(log_factor)[..., None] / run.factor
     curve = group.points.curve
     value = curve.at(run.start + group.span * now * factor, group.column)
@@ -287,11 +319,12 @@ def _modelled(
     return value - curve.at(run.start + group.span * first * factor, group.column)
 
 
-def _variances(group: Group, rest: Array) -> tuple[Array, Array]:
+def _variances(group: Group, added: Array, rest: Array) -> tuple[Array, Array]:
     """Return the variances of means of groups, and the log of what they add.
 
-    An unknown sd is where it is most probable by the residuals ``rest``, its prior
-    being worth as many values as make a scaled inverse chi-square law as wide.
+    Known is ``added`` [SI²]. An unknown sd is where it is most probable by the
+    residuals ``rest``, its prior being worth as many values as make a scaled inverse
+    chi-square law as wide.
     """
     spread = group.block.sd
     count = float(group.size.sum())
@@ -299,12 +332,12 @@ def _variances(group: Group, rest: Array) -> tuple[Array, Array]:
     worth = 0.0
     if spread.prior is not None:
         worth = data_blocks.values_worth(spread)
-        squares = np.maximum(group.size * rest**2 - group.variance, 0.0)
+        squares = np.maximum(group.size * rest**2 - added, 0.0)
         total = np.sum(squares, axis=-1) + group.scatter
         variance = (total + worth * spread.known**2) / (count + worth)
 
     variance = np.maximum(variance, 1e-300)
-    of_mean = np.maximum((variance[..., None] + group.variance) / group.size, 1e-300)
+    of_mean = np.maximum((variance[..., None] + added) / group.size, 1e-300)
     logs = np.sum(np.log(of_mean), axis=-1)
     within = group.scatter + worth * spread.known**2
     logs += within / variance if spread.prior is not None else 0.0
@@ -313,20 +346,21 @@ def _variances(group: Group, rest: Array) -> tuple[Array, Array]:
 
 
 def _narrowed(
-    run: RunHistory, groups: Sequence[Group], start: float, kind: str
+    run: RunHistory, groups: Sequence[Group], start: float, kind: str, scatters: Array
 ) -> tuple[Courses, Array]:
-    """Return courses of a kind where they count, and ln of prior times evidence.
+    """Return courses of a kind where they count, and ln of their prior.
 
-    They are evenly spaced between the ends of a range at each place.
+    They are evenly spaced between the ends of a range in each row.
     """
-    places = PLACES[kind][:, None]
+    places = np.repeat(PLACES[kind], len(scatters))[:, None]
+    scatter = np.tile(scatters, len(PLACES[kind]))[:, None]
     lowest = 0.0 if kind == RUNNING_IN else -WIDEST[kind]
     low = np.full(places.shape, lowest)
     high = np.full(places.shape, WIDEST[kind])
     inside = (np.arange(LOOKED_AT) + 0.5) / LOOKED_AT
     for _ in range(ROUNDS if groups else 0):
         size = low + (high - low) * inside
-        courses = Courses(kind, size, places)
+        courses = Courses(kind, size, places, scatter)
         logs = _log_evidence(run, groups, start, courses)
         logs = logs + log_density_of_size(kind, size)
         step = (high - low) / LOOKED_AT
@@ -342,11 +376,18 @@ def _narrowed(
             break
     shift = (0.5 + GOLDEN * np.arange(len(places))) % 1.0
     middles = (np.arange(NODES[kind]) + shift[:, None]) / NODES[kind]
-    courses = Courses(kind, low + (high - low) * middles, places)
+    courses = Courses(kind, low + (high - low) * middles, places, scatter)
     width = (high - low) / NODES[kind]
     log_prior = log_density_of_size(kind, courses.size) + np.log(width)
-    log_prior += np.log((1.0 - STEADY_SHARE) / len(PLACES) / len(places))
-    return courses, log_prior
+    log_prior += np.log(SHARE[kind] / len(PLACES[kind]))
+    return courses, log_prior + _log_share_of(scatter)
+
+
+def _log_share_of(scatter: Array) -> Array:
+    """Return ln of the probability before of scatters, where any is known besides 0."""
+    if not np.any(scatter):
+        return np.zeros(np.shape(scatter))
+    return np.log(np.vectorize(SCATTER.__getitem__)(scatter))
 
 
 def _places_below(above: Array) -> Array:
@@ -441,7 +482,7 @@ def runs_with_drift(
 ) -> list[RunHistory]:
     """Return a run of steady rate and those whose rate drifts, that count.
 
-    They say how often each stands.
+    The first is the run as it is. They say how often each stands.
 
     Parameters
     ----------
@@ -455,49 +496,99 @@ def runs_with_drift(
         steady = grids.Posterior([run], blocks, prior)
         start = float(steady.centre[0])
 
-    chosen: list[Course] = []
-    log_priors: list[float] = []
-    log_joint: list[float] = []
+    is_many = _has_many(run, blocks)
+    scatters = np.array([0.0] if is_many else list(SCATTER))
+    chosen: list[ScatteredCourse] = []
+    parts_of_prior: list[Array] = []
+    parts_of_joint: list[Array] = []
     for kind in PLACES:
-        courses, log_prior = _narrowed(run, groups, start, kind)
+        courses, log_prior = _narrowed(run, groups, start, kind, scatters)
         evidence = np.zeros(log_prior.shape)
         if groups:
             evidence = _log_evidence(run, groups, start, courses)
-        place = np.broadcast_to(courses.place, courses.size.shape)
-        chosen += [
-            Course(kind, *both)
-            for both in zip(courses.size.ravel(), place.ravel(), strict=True)
-        ]
-        log_priors += log_prior.ravel().tolist()
-        log_joint += (log_prior + evidence).ravel().tolist()
+        chosen += courses.each()
+        parts_of_prior.append(log_prior.ravel())
+        parts_of_joint.append((log_prior + evidence).ravel())
 
-    counted = _counted(np.array(log_joint), run, blocks)
-    if len(counted) and len(counted) <= MAX_RUNS_OF_MANY:
-        # beside a steady rate, which is a power of 1
-        one = Courses(POWER, np.zeros((1, 1)), np.ones((1, 1)))
-        steady_joint = np.log(STEADY_SHARE)
-        if groups:
-            steady_joint += _log_evidence(run, groups, start, one)[0, 0]
-        counted = counted[np.array(log_joint)[counted] > steady_joint - COUNTED]
-    if not len(counted):
-        return [run]
-    runs = [run, *with_courses(run, [chosen[n] for n in counted], blocks)]
-    logs = np.array([np.log(STEADY_SHARE), *(log_priors[n] for n in counted)])
-    # what is left out counts by those that count
-    logs[1:] += logsumexp(log_joint) - logsumexp(np.array(log_joint)[counted])
+    log_joint = np.concatenate(parts_of_joint)
+    log_prior = np.concatenate(parts_of_prior)
+    most = MAX_RUNS_OF_MANY if is_many else _most_runs(blocks)
+    numbers, probability = drawn_evenly(log_joint, most)
+    if is_many:
+        steady_joint = _log_joint_of_steady(run, groups, start)
+        is_counted = log_joint[numbers] > steady_joint - COUNTED
+        numbers = numbers[is_counted]
+        probability = probability[is_counted]
+        if not len(numbers):
+            return [run]
+
+    runs = [replace(run, scatter=scatter) for scatter in scatters.tolist()]
+    logs_of_steady = np.log(SHARE[STEADY]) + _log_share_of(scatters)
+    drifting = with_courses(run, [chosen[n].course for n in numbers], blocks)
+    runs += [
+        replace(one, scatter=chosen[n].scatter)
+        for one, n in zip(drifting, numbers, strict=True)
+    ]
+    logs_of_drifting = log_prior[numbers] - np.log(probability)
+    logs = np.concatenate([logs_of_steady, logs_of_drifting])
     return [
-        replace(drifting, log_weight=float(-log - np.log(len(runs))))
-        for drifting, log in zip(runs, logs, strict=True)
+        replace(one, log_weight=float(-log - np.log(len(runs))))
+        for one, log in zip(runs, logs, strict=True)
     ]
 
 
-def _counted(log_joint: Array, run: RunHistory, blocks: data_blocks.Blocks) -> Array:
-    """Return which courses count: those of largest weight, at most so many."""
-    most = MAX_RUNS
-    for number in data_blocks.measured_blocks(blocks):
-        block = blocks[number]
-        sds = np.ones(1)
-        if condensing.condenses(block, run.points[number], sds):
-            most = MAX_RUNS_OF_MANY
-    order = np.argsort(-log_joint, kind="stable")[:most]
-    return np.sort(order[log_joint[order] > log_joint[order[0]] - COUNTED])
+def _most_runs(blocks: data_blocks.Blocks) -> int:
+    """Return how many runs there may be whose rate drifts: fewer of many values."""
+    values = max(sum(len(block.rows) for block in blocks), 1)
+    return int(np.clip(VALUES_OF_RUNS // values, LEAST_RUNS, MAX_RUNS))
+
+
+def _has_many(run: RunHistory, blocks: data_blocks.Blocks) -> bool:
+    """Whether values of any block are so many that they are condensed."""
+    return any(
+        condensing.condenses(blocks[number], run.points[number], np.ones(1))
+        for number in data_blocks.measured_blocks(blocks)
+    )
+
+
+def _log_joint_of_steady(
+    run: RunHistory, groups: Sequence[Group], start: float
+) -> float:
+    """Return ln of prior times evidence of a steady rate, which is a power of 1."""
+    log_share = float(np.log(SHARE[STEADY]))
+    if not groups:
+        return log_share
+    one = Courses(POWER, np.zeros((1, 1)), np.ones((1, 1)), np.zeros((1, 1)))
+    return log_share + float(_log_evidence(run, groups, start, one)[0, 0])
+
+
+def drawn_evenly(log_weight: Array, most: int) -> tuple[Index, Array]:
+    """Return which of some items are drawn, at most so many, and how probably each was.
+
+    Those of large weight are drawn surely, the others in proportion to their weight
+    and evenly in their order, so that sums over items drawn, each over its probability,
+    are those over all but for little (Fearnhead and Clifford 2003).
+
+    Parameters
+    ----------
+    log_weight : ln of weights, (n,)
+    most : number of items to draw
+
+    References
+    ----------
+    Fearnhead and Clifford 2003, https://doi.org/10.1111/1467-9868.00421
+    """
+    counted = np.flatnonzero(log_weight > log_weight.max() - COUNTED)
+    weight = np.exp(log_weight[counted] - logsumexp(log_weight[counted]))
+    if len(counted) <= most:
+        return counted, np.ones(len(counted))
+
+    falling = np.sort(weight)[::-1]
+    rest = np.cumsum(falling[::-1])[::-1]  # of each and all smaller ones
+    threshold = rest[:most] / (most - np.arange(most))
+    sure = int(np.argmax(falling[:most] <= threshold))
+    probability = np.minimum(weight / threshold[sure], 1.0)
+
+    below = np.cumsum(probability)
+    drawn = np.floor(below + 0.5) > np.floor(below - probability + 0.5)
+    return counted[drawn], probability[drawn]

@@ -14,7 +14,7 @@ import xarray as xr
 from wearlab.arrays import Array, Index
 from wearlab.schema import VARIABLES
 from wearlab.units import HOUR, convert, shown_unit
-from wearlab.updating import scenario_text
+from wearlab.updating import misfit, scenario_text
 from wearlab.updating.calendar import (
     DAYS_A_YEAR,
     LAST_DAY,
@@ -212,6 +212,7 @@ def _case(groups: Mapping[str, xr.Dataset]) -> dict[str, Any]:
         "now": float(predictions["now"]),
         "hours": hours if np.isfinite(hours) else None,
         "alarm": ALARM,
+        "misfit_alarm": misfit.ALARM,
         "doubtful": DOUBTFUL_SOURCE,
         "most": MAX_LISTED,
         "at": partial(_at, hours=hours, calendar=calendar),
@@ -554,6 +555,22 @@ def what_if_tables(tree: xr.DataTree) -> list[FleetTable]:
         return []
     ends, *_ = ends_of(predictions)
     return scenario_text.scenario_tables(predictions, urgency(predictions), ends)
+
+
+def what_if_ends(
+    tree: xr.DataTree,
+) -> list[tuple[str, list[scenario_text.UnitEnds]]]:
+    """Return of each scenario when the units of a fleet reach the limit.
+
+    Parameters
+    ----------
+    tree : as `update` returns it
+    """
+    predictions = tree["predictions"].to_dataset()
+    if "unit" not in predictions.dims:
+        return []
+    ends, *_ = ends_of(predictions)
+    return scenario_text.scenario_ends(predictions, urgency(predictions), ends)
 
 
 def fleet_about(tree: xr.DataTree) -> str:

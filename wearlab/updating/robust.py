@@ -63,7 +63,7 @@ def robust_answer(answer: Answer, odd: Sequence[RowCheck]) -> Answer:
     """
     post = answer.posterior
     runs = without_doubts(post.histories)
-    steady = [run for run in runs if run.course is None]
+    steady = [run for run in runs if run.is_as_stated]
     if len(steady) == 1 and len(runs) > 1:
         sound = _without_rows(post.blocks, odd)
         runs = rate_drift.runs_with_drift(steady[0], sound, post.prior)

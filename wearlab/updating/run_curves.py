@@ -335,6 +335,7 @@ class RunHistory:
     doubted : the sheet that has a scale of its own, None where all are sound
     freedom : degrees of freedom of the Student-t law of independent errors, infinitely
         many of a normal law
+    scatter : relative error of a value besides those that its file names
     """
 
     id: str
@@ -357,6 +358,12 @@ class RunHistory:
     course: Course | None = None
     doubted: DoubtedSheet | None = None
     freedom: float = np.inf
+    scatter: float = 0.0
+
+    @property
+    def is_as_stated(self) -> bool:
+        """Whether its rate is that of the scene, and errors are those of the files."""
+        return self.course is None and not self.scatter
 
     @property
     def new_cycle(self) -> float:

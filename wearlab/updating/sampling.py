@@ -325,14 +325,17 @@ def replicated(
     block = draws.posterior.blocks[number]
     observed = block.observed
     model = np.empty((len(draws), len(block.rows)))
+    scatter = np.empty(len(draws))
     for history, chosen in draws.by_run():
         factor = draws.factor_of(number)[chosen]
         model[chosen] = likelihood.modelled(block, history, number, factor)
+        scatter[chosen] = history.scatter
     model *= gains(draws, number, rng, conditional=conditional)[:, None]
 
     # independent errors
     variance = draws.sd[number][:, None] ** 2 + observed.sd[block.rows] ** 2
-    spread = np.sqrt(variance + (block.relative * model) ** 2)
+    relative = np.hypot(block.relative, scatter)[:, None]
+    spread = np.sqrt(variance + (relative * model) ** 2)
     values = model + spread * rng.standard_normal(model.shape)
 
     # the drift, and errors that the values of an inspection share

@@ -1,5 +1,7 @@
 """Scenarios of an update as text and tables, read from its tree."""
 
+from typing import NamedTuple
+
 import numpy as np
 import xarray as xr
 
@@ -14,10 +16,27 @@ ScenarioTable = tuple[str, tuple[str, ...], list[tuple[str, ...]]]
 """When a table holds, its headings, a row a unit."""
 
 
-def scenario_tables(
+class UnitEnds(NamedTuple):
+    """When a unit reaches the limit under a scenario: days, hours, or words.
+
+    Parameters
+    ----------
+    unit : its name
+    middle, low, high : the median, with 90 % between
+    as_now : the median as things stand
+    """
+
+    unit: str
+    middle: str
+    low: str
+    high: str
+    as_now: str
+
+
+def scenario_ends(
     predictions: xr.Dataset, order: np.ndarray, ends_now: np.ndarray
-) -> list[ScenarioTable]:
-    """Return a table of a fleet for each scenario.
+) -> list[tuple[str, list[UnitEnds]]]:
+    """Return of each scenario when it holds, and when units then reach the limit.
 
     Parameters
     ----------
@@ -25,19 +44,38 @@ def scenario_tables(
     order : of the units
     ends_now : when each unit reaches the limit as things stand, (units, quantiles)
     """
-    tables: list[ScenarioTable] = []
+    scenarios = []
     for k, label in enumerate(_labels(predictions)):
         of_scenario = predictions.isel(scenario=k)
-        rows: list[tuple[str, ...]] = []
+        units: list[UnitEnds] = []
         for unit in order:
-            ends = _ends(of_scenario.isel(unit=unit))
+            as_now = str(ends_now[unit, 2])
+            low, middle, high = _ends(of_scenario.isel(unit=unit))
             if bool(predictions["end_passed"].values[unit] > 0.5):
-                ends = [str(ends_now[unit, 2])] * 3
-            low, middle, high = ends
-            between = low if low == high else f"{low} and {high}"
+                low = middle = high = as_now
             name = str(predictions["unit"].values[unit])
-            rows.append((name, middle, between, str(ends_now[unit, 2])))
-        tables.append((f"if {label}:", HEADS, rows))
+            units.append(UnitEnds(name, middle, low, high, as_now))
+        scenarios.append((f"if {label}:", units))
+    return scenarios
+
+
+def scenario_tables(
+    predictions: xr.Dataset, order: np.ndarray, ends_now: np.ndarray
+) -> list[ScenarioTable]:
+    """Return a table of a fleet for each scenario, to be read.
+
+    Parameters
+    ----------
+    predictions, order, ends_now : as `scenario_ends` takes them
+    """
+    tables: list[ScenarioTable] = []
+    for condition, units in scenario_ends(predictions, order, ends_now):
+        rows: list[tuple[str, ...]] = []
+        for ends in units:
+            same = ends.low == ends.high
+            between = ends.low if same else f"{ends.low} and {ends.high}"
+            rows.append((ends.unit, ends.middle, between, ends.as_now))
+        tables.append((condition, HEADS, rows))
     return tables
 
 
