@@ -267,7 +267,7 @@ LAG = 6e-4
 the path [m]."""
 LAG_OVER_DEPTH = 10.0
 """That wear over the deepest so far, times nodes of the path [1]."""
-LEAST_LAG = 4.0**-5
+LEAST_LAG = 4.0**-3
 """Least lag over the largest [1]."""
 BETWEEN_LAGS = 4.0
 """A lag that is factored over the next shorter one [1]."""
