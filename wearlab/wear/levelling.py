@@ -474,8 +474,6 @@ class Ahead:
     def _looking_ahead(self, forced: Array, level: int) -> Array:
         """Return the rate with one of the lags."""
         if level not in self._factors:
-            for other in set(self._factors) - {level - 1, level + 1}:
-                del self._factors[other]  # depths only grow
             lag = LAG / self.nodes * BETWEEN_LAGS**-level / self.fastest
             self._factors[level] = looking_ahead(self.matrix, lag)
         once = self._factors[level].solve(forced)
