@@ -12,6 +12,7 @@ from made_up import Axis, Campaign, Case, put, run
 from wearlab.figures import KINDS, doubt
 from wearlab.figures.doubt import ESTIMATES, doubts, error_of
 from wearlab.figures.kind import read
+from wearlab.figures.plot import Curve, Pen
 from wearlab.figures.plotting import plotted
 from wearlab.figures.render import drawn
 from wearlab.schema import VARIABLES, attributes
@@ -100,6 +101,30 @@ def test_lives_over_a_sweep_have_bars_and_hollow_marks(grid):
     assert [line.get_xdata().tolist() for line in hollow] == [[30.0, 60.0]]
 
 
+def test_a_flank_has_the_error_of_its_own_depth():
+    """Was: the largest error of all beside a flank that is worn far less."""
+    data = made(60.0)
+    flanks = data.sizes["flank"]
+    own = np.arange(3.0)[:, None] * np.geomspace(1e-6, 1e-9, flanks)
+    data["error_estimate_flank_wear_depth"] = (("update", "flank"), own)
+    for name in ("max_wear_depth", "wear_depth"):
+        error = error_of(data, name)
+        told = error.values if error.ndim == 2 else error.values[..., 0]
+        np.testing.assert_allclose(told, own)
+    assert "error_estimate_flank_wear_depth" in doubt.variables_for(["max_wear_depth"])
+
+
+def test_bars_beyond_the_value_say_that_they_leave_it_undecided():
+    values = np.array([1.0, 2.0, 4.0])
+    error = np.array([0.1, 5.0, 9.0])
+    curve = Curve(np.arange(3.0), values, Pen(), "points", y_error=error)
+    told = doubt.note([], [], [SimpleNamespace(curves=[curve])])
+    assert told == (
+        "Bars and bands: estimated numerical error, up to 250 %, 2 of 3 beyond the "
+        "value itself, which they leave undecided."
+    )
+
+
 def test_cases_show_both_along_x(grid):
     """Was: a run in doubt (±105 %) stood there as a plain number."""
     (panel,) = plot_of(grid, kind="cases", y="service_life").panels
@@ -145,7 +170,9 @@ def test_the_note_is_of_the_bars_that_are_drawn(tmp_path):
     put(store, "0" * 32, data)
     grid = store.open(Campaign((Case("base", "0" * 32),)))
     asked = {"kind": "line", "y": "max_wear_depth", "hue": "flank"}
-    assert "up to 150 %." in plot_of(grid, **asked).notes[0]
+    assert (
+        "up to 150 %, 1 of 4 beyond the value itself" in plot_of(grid, **asked).notes[0]
+    )
     deep = {**asked, "hue": None, "select": {"flank": "pinion"}}
     assert "up to 3 %." in plot_of(grid, **deep).notes[0]
 

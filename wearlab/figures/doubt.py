@@ -44,6 +44,8 @@ ESTIMATES = {
 
 That of a factor is a force: the factor's error times the static force. That of hours is
 in cycles."""
+OF_FLANKS = {"error_estimate_wear_depth": "error_estimate_flank_wear_depth"}
+"""Estimate of the largest error of all flanks → that of each, where a run has it."""
 WITNESSES = ("verdict", "estimate_quality", "validity", "separation_fraction")
 """What a run says against itself."""
 
@@ -56,8 +58,9 @@ def variables_for(names: Iterable[str]) -> list[str]:
     names : of the others
     """
     estimates = [ESTIMATES[name] for name in names if name in ESTIMATES]
+    of_flanks = [OF_FLANKS[name] for name in estimates if name in OF_FLANKS]
     scales = ["life", "static_mesh_force"] if estimates else []
-    return [*WITNESSES, *estimates, *scales]
+    return [*WITNESSES, *estimates, *of_flanks, *scales]
 
 
 def error_of(data: xr.Dataset, name: str) -> xr.Variable | None:
@@ -72,6 +75,9 @@ def error_of(data: xr.Dataset, name: str) -> xr.Variable | None:
     """
     estimate = ESTIMATES.get(name)
     variables = data.variables
+    of_flank = OF_FLANKS.get(estimate or "")
+    if of_flank in variables:
+        estimate = of_flank
     if estimate not in variables or name not in variables:
         return None
     error = variables[estimate]
@@ -196,6 +202,12 @@ def _errors_note(
             texts.append(f"up to {_percent(largest)} %")
         if max(seen) == np.inf:
             texts.append("more than what is near 0")
+        undecided = sum(1.0 < share < np.inf for share in seen)
+        if undecided:
+            texts.append(
+                f"{undecided} of {len(drawn)} beyond the value itself, which they "
+                "leave undecided"
+            )
         return f"Bars and bands: estimated numerical error, {', '.join(texts)}."
     hidden = [error.share for error in drawn if error.share < np.inf]
     of_runs = [_relative(run.data, name) for name in names for run in runs]

@@ -53,7 +53,7 @@ class Rougher(NamedTuple):
     parts, state : the rougher physics and what the state is there
     weight : what its changes are worth as ones of half the steps and nodes [1]
     between : what its nodes alone do not tell of the wear between them, at most, times
-        the weight [m]
+        the weight, (n_flanks,) of the flanks of all kinds [m]
     shares, conditions : of the cycles [1], and the twins in all conditions of
         operation, of which this is one
     """
@@ -64,7 +64,7 @@ class Rougher(NamedTuple):
     parts: assembly.GearModel
     state: WearState
     weight: float = 1.0
-    between: float = 0.0
+    between: Array = np.zeros(1)
     shares: Array = np.ones(1)
     conditions: "tuple[Rougher, ...]" = ()
 
@@ -175,8 +175,8 @@ def carried_wear(
 
 def between_nodes(
     parts: assembly.GearModel, wear: Wear, rough: assembly.GearModel
-) -> float:
-    """Return how much of the wear is lost on rougher nodes and back [m].
+) -> Array:
+    """Return how much of the wear is lost on rougher nodes and back, (n_flanks,) [m].
 
     Parameters
     ----------
@@ -185,14 +185,15 @@ def between_nodes(
     rough : the physics on the rougher nodes
     """
     back = carried_wear(rough, carried_wear(parts, wear, rough), parts)
-    return max(
-        float(np.abs(carried - depth).max())
+    lost = [
+        np.abs(carried - depth).max(axis=1)
         for carried, depth in zip(back, wear, strict=True)
-    )
+    ]
+    return np.concatenate(lost)
 
 
 def flank_of_nodes(parts: assembly.GearModel) -> Index:
-    """Return which flank each entry of the flat wear is on."""
+    """Return which flank of all kinds each entry of the flat wear is on."""
     sizes = [len(kind.analysis.grid.position) for kind in parts.kinds for _ in (0, 1)]
     return np.repeat(np.arange(len(sizes)), sizes)
 

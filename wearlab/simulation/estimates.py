@@ -12,9 +12,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from wearlab import assembly
-from wearlab.arrays import Array
+from wearlab.arrays import Array, Flags
 from wearlab.dynamics.forces.mesh_forces import extremes
 from wearlab.life import coupled, history, limits
+from wearlab.life.integrate import Life
 from wearlab.simulation import (
     companion_runs,
     label,
@@ -58,6 +59,8 @@ class Estimates(NamedTuple):
         them
     period : of stiffness and transmission error over a mesh period, in every condition
         of operation, (n_updates,) each; () when they could not be told
+    flank_depth : of the depth of every flank of all kinds, (n_flanks, n_updates) [m];
+        None where flanks are not told apart
     """
 
     wear_depth: Array | None
@@ -65,6 +68,7 @@ class Estimates(NamedTuple):
     life: float | None
     doubts: tuple[str, ...] = ()
     period: tuple[period_estimates.PeriodErrors, ...] = ()
+    flank_depth: Array | None = None
 
 
 class CompanionErrors(NamedTuple):
@@ -136,6 +140,7 @@ def estimated(
         life=_life(compared),
         doubts=_doubts(compared, force),
         period=period,
+        flank_depth=_flank_depths(compared),
     )
 
 
@@ -270,38 +275,78 @@ def steps_error(life_history: history.History, cycle: Array) -> Array:
 
 
 def _depth(compared: CompanionErrors) -> Array | None:
-    """Return the errors of the depth of all kept states, (n_updates,) [m].
+    """Return the largest error of the depth of all flanks, (n_updates,) [m].
 
     None when nothing wears on.
     """
+    life = compared.life_history.life
+    return None if life is None else _depth_of(compared, life, None)
+
+
+def _flank_depths(compared: CompanionErrors) -> Array | None:
+    """Return the errors of the depth of every flank, (n_flanks, n_updates) [m].
+
+    None when nothing wears on.
+    """
+    life = compared.life_history.life
+    if life is None:
+        return None
+    numbers = np.unique(companion_runs.flank_of_nodes(compared.stage.first))
+    return np.stack([_depth_of(compared, life, int(number)) for number in numbers])
+
+
+def _depth_of(compared: CompanionErrors, life: Life, flank: int | None) -> Array:
+    """Return the error of the depth of a flank at all kept states, (n_updates,) [m].
+
+    None: the largest of all flanks.
+    """
     life_history = compared.life_history
     driven = compared.driven
-    if life_history.life is None:
-        return None
-    total = steps_error(life_history, life_history.cycle)
+    mine = _entries(compared.stage.first, flank)
+    total = _share_of_steps(life, mine) * steps_error(life_history, life_history.cycle)
     cycles = [state.twin.cycle for state, _ in driven]
     if not driven and any(map(companion_runs.is_periodic, life_history.samples.state)):
         return np.full(len(total), np.nan)
     if driven:
-        between = np.array([state.twin.between for state, _ in driven])
+        which = slice(None) if flank is None else slice(flank, flank + 1)
+        between = np.array(
+            [float(state.twin.between[which].max()) for state, _ in driven]
+        )
         between -= (
             between[0] if cycles[0] <= life_history.cycle[0] else 0.0
         )  # the initial wear is no error
         total = total + BETWEEN_SHARE * np.interp(
             life_history.cycle, cycles, np.maximum(0.0, between)
         )
+        rough = _entries(driven[0][0].twin.parts, flank)
         carried = np.interp(
             life_history.cycle,
             cycles,
-            [float(np.abs(state.error).max()) for state, _ in driven],
+            [float(np.abs(state.error[rough]).max()) for state, _ in driven],
         )
         if len(driven) == 1:  # one state speaks for all of the life
-            carried = float(np.abs(driven[0][1]).max()) * life_history.cycle
+            carried = float(np.abs(driven[0][1][rough]).max()) * life_history.cycle
         total = total + DEPTH_SHARE * carried
     fastest = float(
-        life_history.life.rate.max(initial=0.0)
+        life.rate[:, mine].max(initial=0.0)
     )  # that any place has shown: no depth is further off
     return np.minimum(total, fastest * life_history.cycle)
+
+
+def _entries(parts: assembly.GearModel, flank: int | None) -> Flags:
+    """Return which entries of the flat wear are on a flank; None: on any."""
+    of_nodes = companion_runs.flank_of_nodes(parts)
+    return np.asarray((of_nodes == flank) | (flank is None))
+
+
+def _share_of_steps(life: Life, entries: Flags) -> float:
+    """Return how much of the error by steps over cycles some entries have, at most [1].
+
+    What scatters is as large everywhere.
+    """
+    anywhere = float(np.abs(life.depth_error).max(initial=0.0)) + life.scatter
+    there = float(np.abs(life.depth_error[entries]).max(initial=0.0)) + life.scatter
+    return there / anywhere if anywhere > 0.0 else 1.0
 
 
 def _forces(compared: CompanionErrors) -> tuple[companion_runs.ForceErrors, ...] | None:

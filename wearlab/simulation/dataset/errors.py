@@ -6,6 +6,7 @@ import numpy as np
 
 from wearlab.arrays import Array
 from wearlab.life import history
+from wearlab.mesh.gear_set import GearSet
 from wearlab.simulation import estimates, face_estimates, label, operating
 
 TRUSTED = "as usual"
@@ -101,6 +102,50 @@ def accumulated(
     if of_life is not None and fastest > 0.0:
         of_life += before_last_stage / fastest
     return np.concatenate(depths), of_life
+
+
+def flank_error_values(
+    gears: GearSet,
+    errors: Sequence[estimates.Estimates],
+    inherited: float,
+    values: label.Values,
+) -> label.Values:
+    """Return the errors of the depth of every flank: errors of stages add up.
+
+    One motion wears all flanks: what its steps make of one they may make of another. So
+    every flank is off by as much of its depth as the one that is off most, and by no
+    more than the largest error of all. Of planets that wear apart the largest counts.
+
+    Parameters
+    ----------
+    gears : the gears of the scene
+    errors : estimated, of each stage of the life
+    inherited : error of the wear that the run starts from [m]
+    values : of the life, its depths and the largest errors among them
+    """
+    earlier: Array | float = inherited
+    pieces = []
+    for number, estimate in enumerate(errors):
+        depth = estimate.flank_depth
+        if depth is None:
+            return {}
+        first = 1 if number else 0  # a later stage begins with the end of the last
+        pieces.append(earlier + depth[:, first:])
+        earlier = earlier + depth[:, -1:]
+
+    of_places = np.concatenate(pieces, axis=1)
+    rows = []
+    for name in gears.flanks:
+        numbers = [2 * kind + gear for kind, gear in gears.places_of(name)]
+        rows.append(of_places[numbers].max(axis=0))
+    of_flanks = np.stack(rows, axis=1)
+
+    deepest = np.nanmax(values["wear_depth"], axis=-1)
+    shares = label.ratio(of_flanks, deepest)
+    share = np.fmax.reduce(shares, axis=1, keepdims=True, initial=0.0)
+    largest = values["error_estimate_wear_depth"][:, None]
+    error = np.minimum(largest, np.maximum(of_flanks, share * deepest))
+    return {"error_estimate_flank_wear_depth": error}
 
 
 def condition_error_values(

@@ -48,6 +48,9 @@ def life_variables(
         scene, finished.stages, history, searches
     )
     values |= errors.error_values(of_conditions.errors, history, finished.inherited)
+    values |= errors.flank_error_values(
+        model.gears, of_conditions.errors, finished.inherited, values
+    )
     values |= _work_values(finished.stages)
     values["model_error"] = label.diagnosed(
         "model error", failures, "", model_errors.model_errors, scene, model
