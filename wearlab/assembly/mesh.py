@@ -75,22 +75,55 @@ def build_analyses(
             extension.in_metres(pair.base_pitch)
             for pair, extension in zip(pairs, reach, strict=True)
         ]
+    layer_bounds = [
+        layer_bounds_of(pair, extension) if has_fixed_layers(scene) else ()
+        for pair, extension in zip(pairs, extensions, strict=True)
+    ]
     matched = [points] * len(pairs)
     if even is None:
-        matched = matched_points(pairs, points, extensions)
+        matched = matched_points(pairs, points, extensions, layer_bounds)
     return tuple(
         contact_analysis(
-            option._replace(points=nodes, extension=extension),
+            option._replace(points=nodes, extension=extension, layer_bounds=bounds),
             kind.load,
         )
-        for kind, option, nodes, extension in zip(
-            kinds, options, matched, extensions, strict=True
+        for kind, option, nodes, extension, bounds in zip(
+            kinds, options, matched, extensions, layer_bounds, strict=True
         )
     )
 
 
+def has_fixed_layers(scene: Scene) -> bool:
+    """Return whether nodes on the path do not follow the load: over a face.
+
+    Parameters
+    ----------
+    scene : the scene
+    """
+    return bool(scene.face_keys) and not scene.gears.helix_angle
+
+
+def layer_bounds_of(
+    pair: gear.GearPair, extension: profile.Extension
+) -> tuple[float, ...]:
+    """Return where layers of nodes end on flanks with a width, in base pitches.
+
+    The nodes on the path are then the same under all but light loads, so that the wear
+    rate of a spectrum is the sum of those of its torques.
+
+    Parameters
+    ----------
+    pair : the gears
+    extension : how far nodes reach beyond A and E
+    """
+    return profile.bounds_of_layers(max(extension) / pair.base_pitch)
+
+
 def matched_points(
-    pairs: Sequence[gear.GearPair], points: int, reach: Sequence[profile.Extension]
+    pairs: Sequence[gear.GearPair],
+    points: int,
+    reach: Sequence[profile.Extension],
+    layer_bounds: Sequence[tuple[float, ...]],
 ) -> list[int]:
     """Return the points to ask for on each path so that all have equally many nodes.
 
@@ -101,16 +134,21 @@ def matched_points(
     pairs : the gears of each kind of mesh
     points : to be had at least
     reach : how far beyond A and E the nodes of each pair reach [m]
+    layer_bounds : where the layers of each pair end, see `profile.profile_grid`
     """
     if len(pairs) == 1:
         return [points]
     points_for: list[dict[int, int]] = [{} for _ in pairs]
     for requested in range(points, points + MAX_ADDED_POINTS):
-        for pair, extension, requested_for in zip(
-            pairs, reach, points_for, strict=True
+        for pair, extension, bounds, requested_for in zip(
+            pairs, reach, layer_bounds, points_for, strict=True
         ):
             grid = profile.profile_grid(
-                pair, requested, sets.kinks(pair), extension=extension
+                pair,
+                requested,
+                sets.kinks(pair),
+                extension=extension,
+                layer_bounds=bounds,
             )
             requested_for.setdefault(len(grid.position), requested)
         common = set(points_for[0]).intersection(*points_for[1:])
@@ -182,6 +220,7 @@ class ContactOptions(NamedTuple):
     backs : initial wear that the back flanks of (driving, driven) carry too, None
         without
     extension : how far beyond A and E nodes reach
+    layer_bounds : where layers of nodes end whatever the load, see `layer_bounds_of`
     """
 
     pair: gear.GearPair
@@ -193,6 +232,7 @@ class ContactOptions(NamedTuple):
     backs: tuple[Any, ...]
     projection: ProjectionModel | None = None
     extension: profile.Extension = profile.NO_EXTENSION
+    layer_bounds: tuple[float, ...] = ()
 
 
 def _contact_options(
@@ -238,7 +278,12 @@ def _unloaded(options: ContactOptions) -> contact.ContactAnalysis:
         grid = slicing.lattice(pair, options.even, extension)
     else:
         grid = profile.profile_grid(
-            pair, options.points, sets.kinks(pair), stiffness.jumps(pair), extension
+            pair,
+            options.points,
+            sets.kinks(pair),
+            stiffness.jumps(pair),
+            extension,
+            options.layer_bounds,
         )
     teeth = stiffness.build(pair, grid)
     position = grid.position
