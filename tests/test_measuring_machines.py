@@ -95,6 +95,16 @@ def test_traces_beside_a_tooth_are_not_its_curve(file):
         ("/ 33  Values", "/ 34  Values", "34 values are announced and 33 follow"),
         ("/ 33  Values", "/ 99999999  Values", "points of one curve"),
         ("HEADER KS.MK", "HEADER XX.MK", "gear.mka"),
+        ("UNDEFINED -2147483.648", "UNDEFINED none", "-2.14748e.06 um is no deviation"),
+        ("  23 :", "  24 :", "code 24 stands twice, with .0 and 20.0"),
+        (": 69.0 69.0", ": 69.0 abc", "code 41 says 69.0 abc"),
+        ("1 right / 33  Values", "1 rihgt / 33  Values", "cannot be read as the head"),
+        ("Tooth-No.: 1 right / 33  Values / z= 15.0\n", "", "belong to no curve"),
+        ("Tooth-No.: 9 right / 33", "Tooth-No.: 1 right / 33", "more than one profile"),
+        ("Tooth-No.: 9 right / 33", "Tooth-No.: 99 right / 33", "a curve of tooth 99"),
+        ("\nProfil:", "\nProfile of 2:", "stands under no title"),
+        ("\nFlankenlinie:", "\nOf a line:", "title of a profile says x ="),
+        ("\n 20 ", "\n 21 ", "are not 1, 2, 3"),
     ],
 )
 def test_what_is_not_understood_is_refused(file, old, new, message):

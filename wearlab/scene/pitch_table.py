@@ -1,5 +1,6 @@
 """``errors.<member>.pitch``: the measured pitches of the teeth of one side."""
 
+import re
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -10,7 +11,7 @@ from pydantic.json_schema import SkipJsonSchema
 from wearlab import options
 from wearlab.arrays import Array
 from wearlab.options import Stored, option
-from wearlab.tables import TableError, p40
+from wearlab.tables import ReadTable, TableError, p40
 from wearlab.tables.written import (
     file_named,
     is_stored,
@@ -21,6 +22,10 @@ from wearlab.tables.written import (
 QUANTITIES = {"F_p": "cumulative", "f_p": "single"}
 """What a table holds, and how a measuring machine's file calls it."""
 WANTED = "{file, side, quantity, units}, or a list of F_p"
+TOOTH_NUMBERS = re.compile(
+    r"(?:tooth|zahn|dent|diente|dente)\W*(?:no|nr|number|nummer|n)?\W*", re.IGNORECASE
+)
+"""Names of a column that numbers the teeth."""
 CLOSED = 0.5e-6
 """Largest F_p of the last tooth, which is 0 but for rounding [m]."""
 CLOSED_SHARE = 0.02
@@ -125,10 +130,30 @@ def _read(table: dict[str, Any], base: Any) -> tuple[Stored, ...]:
         raise TableError(
             f"{path}: side belongs to a measuring machine's file (.mka); leave it out"
         )
-    read = table_named(table, base).quantity(
+    rows = table_named(table, base)
+    _require_order(rows)
+    read = rows.quantity(
         quantity, "m", columns={}, units={} if units is None else {quantity: units}
     )
     return tuple(Stored(number) for number in read)
+
+
+def _require_order(rows: ReadTable) -> None:
+    """Refuse rows that are not in the order of the teeth that they number."""
+    named = [name for name in rows.names if TOOTH_NUMBERS.fullmatch(name)]
+    if not named:
+        return
+    (name, *_) = named
+    numbers = rows.numbers(name)
+    first = 0.0 if numbers[0] == 0.0 else 1.0
+    expected = first + np.arange(len(numbers))
+    wrong = np.flatnonzero(numbers != expected)
+    if wrong.size:
+        row = int(wrong[0])
+        raise TableError(
+            f"{rows.place(row, name)}: tooth {numbers[row]:g} where {expected[row]:g} "
+            f"belongs: give each tooth once, sorted by its number from {first:g} on"
+        )
 
 
 def _of_machine(

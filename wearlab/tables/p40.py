@@ -7,6 +7,7 @@ flank is positive, so that wear and tip relief are negative.
 
 import math
 import re
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from functools import lru_cache
 from pathlib import Path
@@ -26,12 +27,20 @@ HEAD_BYTES = 2000
 """Of a file's beginning, in which its format shows."""
 MAX_POINTS = 1_000_000
 """Points of one trace."""
+LARGEST_DEVIATION = 1e4
+"""Beyond it stands no deviation of a flank, but a mark for none [µm]."""
 ENCODINGS = ("utf-8-sig", "gbk", "latin-1")
 SIDES = ("left", "right")
 
 MODULE, TEETH, HELIX, PRESSURE_ANGLE, SHIFT, FACE_WIDTH, TIP_DIAMETER = range(21, 28)
 PROFILE_BEGIN, PROFILE_END = 41, 44
 LEAD_BEGIN, LEAD_END = 61, 64
+OF_BOTH_SIDES = (PROFILE_BEGIN, PROFILE_END, LEAD_BEGIN, LEAD_END)
+"""Codes with a number for the left side and one for the right."""
+USED = (MODULE, TEETH, HELIX, PRESSURE_ANGLE, FACE_WIDTH, *OF_BOTH_SIDES)
+"""Codes by which curves have their place."""
+AXES = {"profile": "z", "lead": "xd"}
+"""What the head of a curve says after its count: where it stands."""
 NAME = 7
 CONVENTIONS = {
     165: ("R_FHB", "1"),
@@ -59,6 +68,12 @@ TRACE = re.compile(
     r"(?P<count>\d+)\s+[^\d=]*?(?P<axis>[zxd])\s*=\s*(?P<at>\S+)\s*$",
     re.I,
 )
+HEAD = re.compile(
+    r"(?:zahn|tooth|links|rechts|left|right)\b.*/\s*\d+\s+[^\d=]*?[zxd]\s*=", re.I
+)
+"""What every head of a tooth's curve has."""
+NUMBERS_OF_A_CURVE = 6
+"""A line of as many numbers belongs to a curve."""
 PITCH_SIDE = re.compile(r"\s*(linke|left|rechte|right)\b", re.I)
 PITCH_HEAD = re.compile(r"\bfp\b.*\bFp\b")
 
@@ -235,6 +250,14 @@ class Measurement(NamedTuple):
                 f"teeth with one: {present}"
             )
 
+        twice = [
+            tooth for tooth, n in Counter(t.tooth for t in traces).items() if n > 1
+        ]
+        if twice:
+            raise TableError(
+                f"{self.file}: tooth {twice[0]} has more than one {kind} of the {side} "
+                "side: leave one of them in the file"
+            )
         counts = {len(trace.deviation) for trace in traces}
         if len(counts) > 1:
             raise TableError(
@@ -346,19 +369,27 @@ def measurement_of(content: bytes, file: str) -> Measurement:
         )
     lines = _decoded(content).splitlines()
     has_values_alone = VALUES in lines[0]
-    codes, labels, words = _codes(lines)
+    codes, labels, words = _codes(lines, file)
     if not has_values_alone:
         _check_conventions(words, file)
 
     undefined = _undefined(lines)
     middle = 0.5 * codes[FACE_WIDTH][0] if codes.get(FACE_WIDTH) else 0.0
+    teeth = codes.get(TEETH, ())
+    traces = tuple(_traces(lines, undefined, middle, file))
+    last = max((trace.tooth for trace in traces), default=0)
+    if teeth and last > abs(teeth[0]):
+        raise TableError(
+            f"{file}: a curve of tooth {last}, and {abs(teeth[0]):g} teeth by code "
+            f"{TEETH}: export the measurement anew"
+        )
     return Measurement(
         file,
         " ".join(words.get(NAME, ())),
         codes,
         labels,
-        tuple(_traces(lines, undefined, middle, file)),
-        dict(_pitch_tables(lines, file)),
+        traces,
+        _pitch_tables(lines, teeth, file),
     )
 
 
@@ -373,7 +404,7 @@ def _decoded(content: bytes) -> str:
 
 
 def _codes(
-    lines: Sequence[str],
+    lines: Sequence[str], file: str
 ) -> tuple[dict[int, tuple[float, ...]], dict[int, str], dict[int, tuple[str, ...]]]:
     """Return numbers, label and words behind each code."""
     codes: dict[int, tuple[float, ...]] = {}
@@ -387,6 +418,16 @@ def _codes(
         label, *fields = match[2].split(":")
         texts = " ".join(fields).split()
         numbers = [number for text in texts if (number := _number(text)) is not None]
+        if code in USED and words.get(code, tuple(texts)) != tuple(texts):
+            raise TableError(
+                f"{file}: code {code} stands twice, with {' '.join(words[code])} and "
+                f"{' '.join(texts)}: export the measurement anew"
+            )
+        if code in OF_BOTH_SIDES and len(numbers) != len(texts):
+            raise TableError(
+                f"{file}: code {code} says {' '.join(texts)}, which is no number for "
+                "each side: export the measurement anew"
+            )
         codes[code] = tuple(numbers)
         labels[code] = label.rstrip(". ")
         words[code] = tuple(texts)
@@ -430,6 +471,7 @@ def _traces(
 ) -> Iterator[Trace]:
     """Yield the curves, each under the last title before it."""
     kind = ""
+    end = 0
     for place, line in enumerate(lines):
         title = TITLE.match(line)
         if title is not None:
@@ -437,7 +479,21 @@ def _traces(
             continue
 
         match = TRACE.match(line)
-        if match is None or not kind:
+        if match is None and HEAD.search(line):
+            raise TableError(
+                f"{file}, line {place + 1}: {line.strip()[:60]!r} cannot be read as "
+                "the head of a curve: export the measurement anew"
+            )
+        if match is None:
+            if kind and place >= end and _is_of_a_curve(line):
+                raise TableError(
+                    f"{file}, line {place + 1}: numbers that belong to no curve: "
+                    "export the measurement anew"
+                )
+            continue
+        _require_title(match, kind, f"{file}, line {place + 1}")
+        end = place + 1 + _lines_of_numbers(lines[place + 1 :], int(match["count"]))
+        if not kind:
             continue
         side = "left" if match["side"].lower() in ("links", "left") else "right"
         values = _values(lines, place, int(match["count"]), undefined, file)
@@ -452,6 +508,39 @@ def _traces(
         )
 
 
+def _lines_of_numbers(lines: Sequence[str], count: int) -> int:
+    """Return how many lines hold the numbers of a curve, at most so many numbers."""
+    read = 0
+    for place, line in enumerate(lines):
+        numbers = [_number(text) for text in line.split()]
+        if not numbers or None in numbers or read >= count:
+            return place
+        read += len(numbers)
+    return len(lines)
+
+
+def _is_of_a_curve(line: str) -> bool:
+    """Say whether a line holds many numbers and nothing else."""
+    texts = line.split()
+    has_numbers_alone = all(_number(text) is not None for text in texts)
+    return has_numbers_alone and len(texts) >= NUMBERS_OF_A_CURVE
+
+
+def _require_title(match: re.Match[str], kind: str, place: str) -> None:
+    """Refuse a curve of a tooth that does not stand under a title of its kind."""
+    is_elsewhere = match["elsewhere"] or match["tag"] or match["plane"]
+    if not kind and not is_elsewhere:
+        raise TableError(
+            f"{place}: a curve stands under no title, profile or lead: export the "
+            "measurement anew"
+        )
+    if not is_elsewhere and match["axis"].lower() not in AXES[kind]:
+        raise TableError(
+            f"{place}: a curve under the title of a {kind} says {match['axis']} =, as "
+            "others do: export the measurement anew"
+        )
+
+
 def _values(
     lines: Sequence[str], place: int, count: int, undefined: float, file: str
 ) -> Array:
@@ -462,10 +551,9 @@ def _values(
             "measurement anew"
         )
     values: list[float] = []
-    for line in lines[place + 1 :]:
+    below = lines[place + 1 :]
+    for line in below[: _lines_of_numbers(below, count)]:
         numbers = [_number(text) for text in line.split()]
-        if not numbers or None in numbers or len(values) >= count:
-            break
         values += [number for number in numbers if number is not None]
     if len(values) != count:
         raise TableError(
@@ -473,18 +561,42 @@ def _values(
             "follow: export the measurement anew"
         )
     read = np.array(values)
-    return np.where(read <= undefined, np.nan, read)
+    read = np.where(read <= undefined, np.nan, read)
+    beyond = np.flatnonzero(np.abs(read) > LARGEST_DEVIATION)
+    if beyond.size:
+        raise TableError(
+            f"{file}, line {place + 1}: {read[beyond[0]]:g} um is no deviation of a "
+            "flank; the line UNDEFINED says which number means none: export the "
+            "measurement anew"
+        )
+    return read
 
 
-def _pitch_tables(lines: Sequence[str], file: str) -> Iterator[tuple[str, Pitch]]:
-    """Yield side and pitch table: rows of tooth, f_p, F_p, F_r."""
+def _pitch_tables(
+    lines: Sequence[str], teeth: Sequence[float], file: str
+) -> dict[str, Pitch]:
+    """Return the pitch table of each side: rows of tooth, f_p, F_p, F_r."""
     side = ""
+    tables = {}
     for place, line in enumerate(lines):
         match = PITCH_SIDE.match(line)
         if match is not None:
             side = "left" if match[1].lower() in ("linke", "left") else "right"
         elif PITCH_HEAD.search(line) and side:
-            yield side, _pitch(lines, place, file)
+            pitch = _pitch(lines, place, file)
+            count = len(pitch.single)
+            if teeth and count != abs(teeth[0]):
+                raise TableError(
+                    f"{file}, line {place + 1}: {count} teeth in the pitch table, "
+                    f"{abs(teeth[0]):g} by code {TEETH}: export the measurement anew"
+                )
+            if side in tables:
+                raise TableError(
+                    f"{file}, line {place + 1}: a second pitch table of the {side} "
+                    "side: leave one of them in the file"
+                )
+            tables[side] = pitch
+    return tables
 
 
 def _pitch(lines: Sequence[str], place: int, file: str) -> Pitch:
@@ -505,7 +617,12 @@ def _pitch(lines: Sequence[str], place: int, file: str) -> Pitch:
             f"{file}, line {place + 1}: the pitch table has no row of tooth, f_p and "
             "F_p: export the measurement anew"
         )
-    if [int(row[0]) for row in rows] != list(range(1, len(rows) + 1)):
+    if len(set(map(len, rows))) > 1:
+        raise TableError(
+            f"{file}, line {place + 1}: rows of the pitch table have different counts "
+            "of numbers: export the measurement anew"
+        )
+    if [row[0] for row in rows] != list(range(1, len(rows) + 1)):
         raise TableError(
             f"{file}, line {place + 1}: the teeth of the pitch table are not 1, 2, "
             "3 …: export the measurement anew"
