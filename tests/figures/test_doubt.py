@@ -117,7 +117,7 @@ def test_a_flank_has_the_error_of_its_own_depth():
 def test_bars_beyond_the_value_say_that_they_leave_it_undecided():
     values = np.array([1.0, 2.0, 4.0])
     error = np.array([0.1, 5.0, 9.0])
-    curve = Curve(np.arange(3.0), values, Pen(), "points", y_error=error)
+    curve = Curve(np.arange(3.0), values, Pen("k"), "points", y_error=error)
     told = doubt.note([], [], [SimpleNamespace(curves=[curve])])
     assert told == (
         "Bars and bands: estimated numerical error, up to 250 %, 2 of 3 beyond the "
