@@ -179,7 +179,8 @@ def test_coded_arrays_are_those_written_out(gearbox, tmp_path):
         read_rexs(_written(tmp_path, cut))
 
 
-def test_a_value_of_the_wrong_type_is_missing(tmp_path):
+def test_a_value_of_the_wrong_type_is_refused(tmp_path):
+    """It was taken as not given, and nothing said so but for the pressure angle."""
     document = json.loads(files.as_json())
     for component in document["model"]["components"]:
         for attribute in component["attributes"]:
@@ -187,9 +188,40 @@ def test_a_value_of_the_wrong_type_is_missing(tmp_path):
                 del attribute["floating_point"]
                 attribute["boolean"] = False
     path = _written(tmp_path, json.dumps(document), "wrong.rexsj")
-    draft = read_unit(path).draft(1)
-    assert "pressure_angle" not in draft.table()["gears"]
-    assert "gears.pressure_angle: 20 deg is assumed" in draft.missing
+    with pytest.raises(RexsError, match=r"normal_pressure_angle: .False. is no number"):
+        read_unit(path).draft(1)
+
+
+@pytest.mark.parametrize("name", ["gear.rexs", "gear.rexsj"])
+def test_an_attribute_twice_is_refused(tmp_path, name):
+    """The last one was taken, in silence."""
+    text = files.as_xml() if name.endswith("s") else files.as_json()
+    one = {
+        "gear.rexs": '<attribute id="face_width" unit="mm">40.0</attribute>',
+        "gear.rexsj": '{"id": "face_width", "unit": "mm", "floating_point": 40.0}',
+    }[name]
+    joint = "" if name.endswith("s") else ", "
+    assert one in text
+    again = text.replace(one, joint.join([one, one.replace("40.0", "41.0")]), 1)
+    with pytest.raises(
+        RexsError, match=r"face_width: stands twice, with 40.0 mm and 41"
+    ):
+        read_unit(_written(tmp_path, again, name))
+    same = text.replace(one, joint.join([one, one]), 1)
+    assert read_unit(_written(tmp_path, same, name)).stages
+
+
+@pytest.mark.parametrize("value", ["n. a. yet", "0.2.1", "true", "1e999"])
+def test_a_text_where_a_number_belongs_is_refused(tmp_path, value):
+    """The default was taken for it, in silence."""
+    shift = '<attribute id="addendum_modification_coefficient" unit="">'
+    text = files.as_xml()
+    assert f"{shift}0.21" in text
+    path = _written(tmp_path, text.replace(f"{shift}0.21", shift + value))
+    with pytest.raises(
+        RexsError, match=r"component 13, addendum_mod.*is no number: mend"
+    ):
+        read_unit(path).draft(1)
 
 
 def test_nonsense_is_left_out_and_named(tmp_path):

@@ -8,7 +8,9 @@ from typing import Any, NamedTuple
 
 import half_machine
 import half_read
+import half_rexs
 import measured_gear
+import rexs_files
 from scenes import external_pair
 
 from wearlab.campaign.update_options import Data, ErrorModel
@@ -68,9 +70,25 @@ class Machine(NamedTuple):
         return half_machine.is_explained(mutant.what, reading, half_machine.read(sound))
 
 
-def fault_of(
-    reader: Reader | Machine, mutant: half_read.Mutant, folder: Path
-) -> str | None:
+class GearUnit(NamedTuple):
+    """A gear unit in REXS, as a `Reader`."""
+
+    read: Callable[[Path], half_rexs.Reading] = half_rexs.read
+
+    def mutants(self, count: int, seed: int) -> Iterator[half_read.Mutant]:
+        """Yield damaged files."""
+        return half_rexs.mutants(count, seed)
+
+    def explains(
+        self, mutant: half_read.Mutant, reading: half_rexs.Reading, folder: Path
+    ) -> bool:
+        """Say whether a damaged file may be read so."""
+        sound = folder / "sound.rexs"
+        sound.write_text(rexs_files.as_xml())
+        return half_rexs.is_explained(mutant.what, reading, half_rexs.read(sound))
+
+
+def fault_of(reader: Any, mutant: half_read.Mutant, folder: Path) -> str | None:
     """Return what is wrong with how a file is read, "" for nothing, None if refused."""
     path = folder / mutant.name
     path.write_bytes(mutant.content)
@@ -159,8 +177,9 @@ def _scaled(*factors: float) -> Callable[[Rows], Rows]:
 
 TOOTH = tuple(float(tooth) for tooth in range(1, 21))
 DIAMETERS = tuple(56.0 + 0.5 * place for place in range(22))
-READERS: dict[str, Reader | Machine] = {
+READERS: dict[str, Any] = {
     "machine": Machine(),
+    "gear unit": GearUnit(),
     "spectrum": Reader(
         (
             Column("torque", "N*m", (0.0, 1345.5, 567.0, 210.25), "kN*m", 1e-3),

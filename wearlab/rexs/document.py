@@ -36,6 +36,10 @@ class Attribute(NamedTuple):
     unit: str = ""
 
 
+Attributes = Mapping[str, Attribute]
+CaseAttributes = Mapping[str, Attributes]
+
+
 class Component(NamedTuple):
     """One component of a gear unit.
 
@@ -50,7 +54,7 @@ class Component(NamedTuple):
     id: str
     type: str
     name: str
-    attributes: Mapping[str, Attribute]
+    attributes: Attributes
 
 
 class Relation(NamedTuple):
@@ -76,7 +80,7 @@ class LoadCase(NamedTuple):
     """
 
     name: str
-    attributes: Mapping[str, Mapping[str, Attribute]]
+    attributes: CaseAttributes
 
 
 class Document(NamedTuple):
@@ -156,6 +160,51 @@ class Document(NamedTuple):
                 components[number] = component._replace(attributes=merged)
 
         return self._replace(components=components)
+
+
+def by_id(component: str, attributes: Iterable[tuple[str, Attribute]]) -> Attributes:
+    """Return the attributes of a component by id.
+
+    Parameters
+    ----------
+    component : its number, for messages
+    attributes : each with its id
+
+    Raises
+    ------
+    RexsError : one stands twice, with two values
+    """
+    found: dict[str, Attribute] = {}
+    for name, attribute in attributes:
+        other = found.setdefault(name, attribute)
+        if repr(other) != repr(attribute):  # NaN is like NaN
+            values = (
+                f"{other.value} {other.unit}",
+                f"{attribute.value} {attribute.unit}",
+            )
+            raise RexsError(
+                f"component {component}, {name}: stands twice, with "
+                f"{' and '.join(value.strip() for value in values)}: leave one in the "
+                "file"
+            )
+    return found
+
+
+def of_components(attributes: Iterable[tuple[str, Attributes]]) -> CaseAttributes:
+    """Return the attributes that a load case sets, by component.
+
+    Parameters
+    ----------
+    attributes : each with the number of its component
+
+    Raises
+    ------
+    RexsError : a component stands twice, with two values of an attribute
+    """
+    found: dict[str, list[tuple[str, Attribute]]] = {}
+    for number, stated in attributes:
+        found.setdefault(number, []).extend(stated.items())
+    return {number: by_id(number, stated) for number, stated in found.items()}
 
 
 def document_of(

@@ -7,14 +7,17 @@ from wearlab.files import finite_json
 from wearlab.rexs import arrays
 from wearlab.rexs.document import (
     Attribute,
+    Attributes,
     Component,
     Document,
     LoadCase,
     Relation,
     RexsError,
+    by_id,
     document_of,
+    of_components,
 )
-from wearlab.rexs.xml_file import THOUSANDS, plain
+from wearlab.rexs.xml_file import plain
 from wearlab.units import is_number
 
 NUMBERS = ("floating_point", "integer", "reference_component", "file_reference")
@@ -80,16 +83,17 @@ def _number(entry: Mapping[str, Any]) -> str:
     return str(int(number)) if whole else str(number)
 
 
-def _attributes(component: Mapping[str, Any]) -> dict[str, Attribute]:
+def _attributes(component: Mapping[str, Any]) -> Attributes:
     """Return the attributes of a component by id."""
-    attributes = {}
+    stated = []
     for entry in _tables(component, "attributes"):
         place = f"component {component.get('id')}, {entry.get('id')}"
         unit = entry.get("unit")
-        attributes[str(entry.get("id", ""))] = Attribute(
+        attribute = Attribute(
             _value(entry, place), unit if isinstance(unit, str) else ""
         )
-    return attributes
+        stated.append((str(entry.get("id", "")), attribute))
+    return by_id(_number(component), stated)
 
 
 def _value(entry: Mapping[str, Any], place: str) -> Any:
@@ -113,7 +117,7 @@ def _scalar(key: str, value: Any) -> Any:
         return value if isinstance(value, bool) else None
     if key in NUMBERS:
         value = plain(value) if isinstance(value, str) else value
-        if isinstance(value, str) and THOUSANDS.fullmatch(value):
+        if isinstance(value, str):
             return value  # refused with its place where it is needed as a number
         is_finite = is_number(value) and abs(value) < LARGEST
         return float(value) if is_finite else None
@@ -161,7 +165,6 @@ def _load_cases(model: Mapping[str, Any]) -> Iterator[LoadCase]:
         return
 
     for entry in _tables(spectrum, "load_cases"):
-        attributes = {
-            _number(part): _attributes(part) for part in _tables(entry, "components")
-        }
-        yield LoadCase(_number(entry), attributes)
+        parts = _tables(entry, "components")
+        attributes = [(_number(part), _attributes(part)) for part in parts]
+        yield LoadCase(_number(entry), of_components(attributes))

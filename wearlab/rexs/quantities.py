@@ -157,7 +157,7 @@ def number(component: Component | None, attribute: str, unit: str = "1") -> Read
 
     Raises
     ------
-    RexsError : a unit that is not known
+    RexsError : a unit that is not known, or what is no number
 
     Examples
     --------
@@ -174,6 +174,14 @@ def number(component: Component | None, attribute: str, unit: str = "1") -> Read
         raise RexsError(
             f"{source}: {value!r} is {value.replace(',', '.')} or "
             f"{value.replace(',', '')}: write it with a decimal point"
+        )
+    is_wrong = isinstance(value, str | bool) or (
+        units.is_number(value) and abs(value) >= LARGEST_NUMBER
+    )
+    if is_wrong:
+        raise RexsError(
+            f"{source}: {str(value)[:40]!r} is no number: mend it in the file, or "
+            "delete the attribute"
         )
     if not _is_number(value):
         return None

@@ -8,12 +8,15 @@ from xml.etree import ElementTree
 from wearlab.rexs import arrays
 from wearlab.rexs.document import (
     Attribute,
+    Attributes,
     Component,
     Document,
     LoadCase,
     Relation,
     RexsError,
+    by_id,
     document_of,
+    of_components,
 )
 
 TRUTH = {"true": True, "false": False}
@@ -96,15 +99,14 @@ def _components(element: ElementTree.Element | None) -> Iterator[Component]:
         )
 
 
-def _attributes(component: ElementTree.Element) -> dict[str, Attribute]:
+def _attributes(component: ElementTree.Element) -> Attributes:
     """Return the attributes of a component by id."""
-    return {
-        entry.get("id", ""): Attribute(
-            _value(entry, f"component {component.get('id')}, {entry.get('id')}"),
-            entry.get("unit", ""),
-        )
-        for entry in component
-    }
+    stated = []
+    for entry in component:
+        place = f"component {component.get('id')}, {entry.get('id')}"
+        attribute = Attribute(_value(entry, place), entry.get("unit", ""))
+        stated.append((entry.get("id", ""), attribute))
+    return by_id(component.get("id", ""), stated)
 
 
 def _value(entry: ElementTree.Element, place: str) -> Any:
@@ -178,5 +180,5 @@ def _load_cases(element: ElementTree.Element | None) -> Iterator[LoadCase]:
     """Yield the load cases; accumulated results beside them are left."""
     for entry in element if element is not None else ():
         if entry.tag == "load_case":
-            attributes = {part.get("id", ""): _attributes(part) for part in entry}
-            yield LoadCase(entry.get("id", ""), attributes)
+            parts = [(part.get("id", ""), _attributes(part)) for part in entry]
+            yield LoadCase(entry.get("id", ""), of_components(parts))
