@@ -16,7 +16,15 @@ import xarray as xr
 from wearlab.arrays import Array, Random
 from wearlab.campaign import update_options
 from wearlab.store.watching import each_told
-from wearlab.updating import answers, data_blocks, grids, layout, sampling, scores
+from wearlab.updating import (
+    answers,
+    data_blocks,
+    grids,
+    layout,
+    rate_drift,
+    sampling,
+    scores,
+)
 from wearlab.updating.cases import Subject
 from wearlab.updating.lives import Answer
 from wearlab.updating.run_curves import Clock, RunHistory
@@ -103,13 +111,17 @@ def calibrated(
     """
     rng = np.random.default_rng([study.spec.seed, 2])
     true = study.spec.check
-    source = post
+    source = _with_courses_before(study, post)
     if true is not None:
-        source = _true_posterior(post, true)
+        source = _true_posterior(source, true)
         believed = believed or post.blocks
 
     no_values = answers.without_values(source.blocks)
-    prior = answers.answer_of(study, source.histories, no_values)
+    if source.histories[-1].is_as_stated:
+        prior = answers.answer_of(study, source.histories, no_values)
+    else:
+        before = grids.Posterior(source.histories, no_values, study.prior)
+        prior = Answer(before, source.histories[0].start, None)
     truths = replace(sampling.draw(prior, n, rng), posterior=source)
     twins = TwinScores()
     for t in each_told(range(n)):
@@ -125,6 +137,19 @@ def calibrated(
 
     dataset = layout.dataset("twins", twins.values(), twin=np.arange(n))
     return dataset if true is None else dataset.assign_attrs(true_model=repr(true))
+
+
+def _with_courses_before(study: Subject, post: grids.Posterior) -> grids.Posterior:
+    """Return a posterior with the courses of a drifting rate as before the values.
+
+    Those that a posterior has are where its values are.
+    """
+    if all(run.is_as_stated for run in post.histories):
+        return post
+    steady = next(run for run in post.histories if run.is_as_stated)
+    plain = replace(steady, log_weight=0.0)
+    runs = rate_drift.runs_with_drift(plain, post.blocks, study.prior, before=True)
+    return post.with_changes(histories=tuple(runs))
 
 
 def _true_posterior(

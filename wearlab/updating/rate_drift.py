@@ -478,7 +478,7 @@ def with_courses(
 
 
 def runs_with_drift(
-    run: RunHistory, blocks: data_blocks.Blocks, prior: Any
+    run: RunHistory, blocks: data_blocks.Blocks, prior: Any, *, before: bool = False
 ) -> list[RunHistory]:
     """Return a run of steady rate and those whose rate drifts, that count.
 
@@ -489,8 +489,9 @@ def runs_with_drift(
     run : whose rate is steady
     blocks : the observations that count
     prior : of the factor on the wear coefficient
+    before : whether they count as before the values were known
     """
-    groups = _groups(run, blocks)
+    groups = [] if before else _groups(run, blocks)
     start = 0.0
     if groups:
         steady = grids.Posterior([run], blocks, prior)
