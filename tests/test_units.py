@@ -101,6 +101,8 @@ def test_a_frequency_is_no_speed(text):
         ("3 N*m", "torsional stiffness", "one counts angle"),
         ("20 %", "angle", "not a unit like 'rad'"),
         ("20 ppm", "angle", "not a unit like 'rad'"),
+        ("20 grad", "angle", "'grad' is 'deg' or 'gon'"),
+        ("20 Grad", "angle", "'Grad' is 'deg' or 'gon'"),
         ("1.2.3 mm", "length", "write a length"),
         ("1,5 mm", "length", "has a comma: the decimal sign is a point"),
         ("3*4 mm", "length", "not a known unit"),

@@ -155,6 +155,8 @@ COMMA = re.compile(r"\s*[+-]?\d*,(\d+)(?![\d,.])")
 NUMBER = re.compile(
     r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)(?![\d.])\s*(.*?)\s*", re.DOTALL
 )
+OF_TWO_MEANINGS = {"grad": "'deg' or 'gon'"}
+"""Units that some languages write for another: a German degree is ``Grad``."""
 TOKEN = re.compile(
     r"""
     \s*(?:
@@ -473,6 +475,10 @@ def _expression(text: str) -> str:
     expression = ""
     for token in tokens:
         name, power, attached_power, unity, sign = token.groups()
+        if name and name.lower() in OF_TWO_MEANINGS:
+            raise UnitError(
+                f"{name!r} is {OF_TWO_MEANINGS[name.lower()]}: write one of these"
+            )
         factor = ALIASES.get(name, name) if name else unity
         exponent = power or attached_power
 
