@@ -13,6 +13,7 @@ from xml.etree import ElementTree
 
 import pytest
 import rexs_files as files
+from scenes import internal_pair
 
 from wearlab.rexs import RexsError
 from wearlab.rexs.export import export_rexs
@@ -20,6 +21,12 @@ from wearlab.rexs.stages import read_unit
 from wearlab.scene import Scene
 
 GEAR_UNIT = files.as_xml()
+INTERNAL = {
+    "gears": internal_pair(
+        25, {"teeth": 65, "rim_diameter": "230 mm"}, centre_distance="60 mm"
+    ),
+    "operation": {"torque": "40 N*m", "speed": "900 rpm"},
+}
 
 
 def read(path: Path, content: str | bytes) -> list[Any]:
@@ -261,3 +268,30 @@ def test_load_cases_of_a_planetary_set_become_its_duty(tmp_path):
         {"torque": "60 N*m", "speed": "900 rpm", "share": 0.75},
         {"torque": "120 N*m", "speed": "900 rpm", "share": 0.25},
     ]
+
+
+@pytest.mark.parametrize("written", ["0x10", "ä", "nan", "1e999", "12 34"])
+def test_what_is_no_number_is_told_not_dropped_in_silence(written, tmp_path):
+    """A centre distance that could not be read was left out without a word, and the
+    ring's shift, whose sign goes by it, with it.
+    """
+    scene = Scene.from_mapping(INTERNAL)
+    model = ElementTree.fromstring(export_rexs(scene, "pair").content)
+    entry = next(e for e in model.iter("attribute") if e.get("id") == "center_distance")
+    entry.text = written
+    file = tmp_path / "pair.rexs"
+    file.write_bytes(ElementTree.tostring(model))
+    draft = read_unit(file).draft(1)
+    shown = {"nan": "nan", "1e999": "inf"}.get(written, written)
+    told = [line for line in draft.left_out if "center_distance" in line]
+    assert told == [
+        f"component {part_of(model, entry)}, center_distance = {shown!r}: is no "
+        "number, left out"
+    ]
+    assert any("the sign that the file has" in line for line in draft.missing)
+
+
+def part_of(model, entry):
+    """Return the id of the component that has an attribute."""
+    parts = model.find("components")
+    return next(part.get("id") for part in parts if entry in list(part))

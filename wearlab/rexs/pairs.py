@@ -97,7 +97,12 @@ def put_stage(draft: Draft, document: Document, stage: Component) -> Roles:
     draft.put("gears", "kind", kind, f"component {stage.id}, {stage.type}")
     module = put_rack(draft, wheels[0])
     distance = size(stage, "center_distance", "mm")
-    draft.take("gears", "centre_distance", distance, "mm")
+    if not draft.take("gears", "centre_distance", distance, "mm"):
+        inwards = wheels[1].is_ring
+        of_ring = ", the ring's with the sign that the file has" if inwards else ""
+        draft.missing.append(
+            f"gears.centre_distance: it follows from the profile shifts{of_ring}"
+        )
     by_member = {"pinion": wheels[0], mate: wheels[1]}
     put_face(draft, stage, by_member)
 
