@@ -1028,6 +1028,15 @@ OF_TABLES: dict[str, SceneRefusal] = {
         {"leave it out": {"errors.pinion.pitch.side": None}},
         {"p.csv": ONE_TURN},
     ),
+    "pitch_table._require_order.1": SceneRefusal(
+        pitches({"file": "p.csv"}),
+        {
+            "give each tooth once, sorted by its number from 1 on": {
+                "file:p.csv": ONE_TURN
+            }
+        },
+        {"p.csv": ONE_TURN.replace("\n2,", "\n22,")},
+    ),
     "pitch_table._of_machine.1": SceneRefusal(
         pitches({"file": "p.mka", "side": "left", "units": "um"}, gears=OF_24),
         {"leave out units": {"errors.pinion.pitch.units": None}},
