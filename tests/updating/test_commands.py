@@ -8,6 +8,7 @@ import wearlab as wl
 from wearlab.cli.app import status_of
 from wearlab.figures.drawing import draw
 from wearlab.report.page import report
+from wearlab.store import StoreError, updates
 from wearlab.updating import update
 from wearlab.updating.report_text import text_of
 
@@ -218,3 +219,13 @@ def test_many_inspections_that_are_off_are_summed_up(campaign, store, tmp_path):
         sum("as expected" in line or "than expected (" in line for line in text) == 24
     )
     assert any(line.startswith("! the course of worn mass") for line in text)
+
+
+def test_an_update_with_what_none_holds_is_one_message(tree):
+    """Cycles that neither rise nor fall ended in a traceback."""
+    odd = tree.copy()
+    predictions = odd["predictions"].to_dataset()
+    odd["predictions"] = predictions.drop_vars("remaining_useful_life_quantile")
+    message = "update abc: its file holds what no update does"
+    with pytest.raises(StoreError, match=message), updates.understanding("abc"):
+        text_of(odd)

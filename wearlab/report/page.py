@@ -248,7 +248,8 @@ def _measured(campaign: Campaign, store: Store) -> Content:
         )
         return nothing | {"measured": (problem,)}
 
-    text = report_text.text_of(tree)[1:]
+    with updates.understanding(records[0].id):
+        text = report_text.text_of(tree)[1:]
     measured = (*text, "", *report_text.BELIEVED)
     tables = report_text.fleet_tables(tree)
     if not tables:

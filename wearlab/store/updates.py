@@ -8,6 +8,7 @@ without any catalogue.
 import hashlib
 import json
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -201,6 +202,29 @@ def read_update(store: "StoredRuns", update_id: str) -> "xr.DataTree | None":
             "again"
         )
     return read_tree(path)
+
+
+@contextmanager
+def understanding(update_id: str) -> Iterator[None]:
+    """Refuse a kept update whose file holds what no update does, in one sentence.
+
+    Parameters
+    ----------
+    update_id : its identity
+    """
+    try:
+        yield
+    except (
+        ArithmeticError,
+        AttributeError,
+        LookupError,
+        TypeError,
+        ValueError,
+    ) as error:
+        raise StoreError(
+            f"update {update_id}: its file holds what no update does ({error}): "
+            "remove it and run 'wearlab update' again"
+        ) from error
 
 
 def read_tree(path: Path) -> "xr.DataTree":

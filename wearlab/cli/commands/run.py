@@ -192,14 +192,16 @@ def show_update(store: Store, update: "updates.KeptUpdate") -> output.Findings:
         "recorded": update.recorded,
         "runs": f"{runs} and {further} more" if further > 0 else runs,
     }
+    with updates.understanding(update.id):
+        told = report_text.text_of(tree)
+        content = update_content(tree)
     groups = {
         name: ", ".join(map(str, node.to_dataset().data_vars))
         for name, node in tree.children.items()
     }
     lines = [f"{name:<16}{text}" for name, text in facts.items()]
     lines += [f"{name:<22}{text}" for name, text in groups.items()]
-    text = [*report_text.text_of(tree), "", *lines]
-    return output.Findings(update_content(tree) | origin, text)
+    return output.Findings(content | origin, [*told, "", *lines])
 
 
 def update_content(tree: "xr.DataTree") -> dict[str, Any]:
