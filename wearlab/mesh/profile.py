@@ -313,11 +313,19 @@ def _layers(
 
     They are as wide as contact extends there, or end at given bounds.
     """
-    layers = []
-    for end, reach in ((0.0, -earliest), (ratio, latest - ratio)):
-        if reach > 0.0:
-            for low, high in pairwise([0.0, *(layer_bounds or (reach,))]):
-                layers += [(end - high, end - low), (end + low, end + high)]
+    if not layer_bounds:
+        layers_of_load = (
+            (earliest, 0.0),
+            (0.0, -earliest),
+            (ratio - (latest - ratio), ratio),
+            (ratio, latest),
+        )
+        return [(low, high) for low, high in layers_of_load if high > low]
+
+    layers: list[Layer] = []
+    for low, high in pairwise([0.0, *layer_bounds]):
+        for end in (0.0, ratio):
+            layers += [(end - high, end - low), (end + low, end + high)]
     return layers
 
 
