@@ -142,14 +142,14 @@ def figure(results: dict[str, Frontier], bound: float, file: Path) -> None:
         whole = Figure((8.4, 3.4), layout="constrained")
         left, right = whole.subplots(1, 2)
         for label, one in results.items():
-            name = label.replace("*", "")
+            is_default = "**" in label
+            name = "the package's" if is_default else label.partition(",")[0]
             at = float(one.clean_width.mean())
             for axes, value in ((left, one.held.min()), (right, one.score.max())):
-                marker = "D" if "package" in name else "o"
-                axes.plot(at, value, marker, ms=5)
-                short = name.partition(",")[0]
+                axes.plot(at, value, "D" if is_default else "o", ms=5)
+                offset = (4, -10) if is_default else (4, 4)
                 axes.annotate(
-                    short, (at, value), (4, 4), textcoords="offset points", fontsize=7
+                    name, (at, value), offset, textcoords="offset points", fontsize=7
                 )
         left.axhline(ENOUGH, color="0.7", lw=0.8)
         right.axhline(CLOSE, color="0.7", lw=0.8)
@@ -157,7 +157,7 @@ def figure(results: dict[str, Frontier], bound: float, file: Path) -> None:
             axes.axvline(1.15, color="0.7", lw=0.8, ls=":")
             axes.axvline(bound, color="C3", lw=0.8, ls="--")
             axes.set_xlabel("width of clean intervals over those of a steady rate")
-            axes.margins(x=0.16, y=0.1)
+            axes.margins(x=0.25, y=0.1)
         left.set_ylabel("least share of lives in 90 % [%]")
         right.set_ylabel("largest score over the best baseline's")
         whole.savefig(file, dpi=110)

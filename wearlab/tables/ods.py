@@ -22,19 +22,27 @@ TAG = re.compile(
 ATTRIBUTE = re.compile(rb'table:([\w-]+)="([^"]*)"')
 
 
-def merged_in_ods(raw: bytes) -> dict[str, list[Merged]]:
-    """Return the merged cells of every sheet, by its name; none of other workbooks.
+def ods_content(raw: bytes) -> bytes:
+    """Return what the sheets of an open document hold, nothing of other workbooks.
 
     Parameters
     ----------
-    raw : bytes of the workbook, which has been checked
+    raw : bytes of the workbook
     """
     if not raw.startswith(b"PK"):
-        return {}
+        return b""
     with zipfile.ZipFile(io.BytesIO(raw)) as archive:
-        if "content.xml" not in archive.namelist():
-            return {}
-        content = archive.read("content.xml")
+        is_open_document = "content.xml" in archive.namelist()
+        return archive.read("content.xml") if is_open_document else b""
+
+
+def merged_in_ods(content: bytes) -> dict[str, list[Merged]]:
+    """Return the merged cells of every sheet, by its name.
+
+    Parameters
+    ----------
+    content : of the document, as `ods_content` returns it, which has been checked
+    """
     merged: dict[str, list[Merged]] = {}
     for sheet, cells in _merged(content):
         merged.setdefault(sheet, []).append(cells)

@@ -23,7 +23,7 @@ from wearlab.tables.cells import (
     number_in,
 )
 from wearlab.tables.headers import name_and_unit
-from wearlab.tables.ods import merged_in_ods
+from wearlab.tables.ods import merged_in_ods, ods_content
 
 SIGNATURES = (b"PK\x03\x04", b"\xd0\xcf\x11\xe0")
 """First bytes of workbooks: zip archives, and those of before 2007."""
@@ -130,7 +130,8 @@ def _read_sheets(
     ]
     chosen = visible if sheet is None else [sheet]
     marks = _marks_of(file, raw)
-    merged = merged_in_ods(raw)
+    content = _checked_content(file, raw)
+    merged = merged_in_ods(content)
     sheets = []
     for name in chosen:
         data = book.get_sheet_by_name(name)
@@ -185,13 +186,21 @@ def _marks_of(file: str, raw: bytes) -> dict[str, dict[Place, str]]:
                     for name, member in _members_of_sheets(archive)
                     if member in members
                 }
-            if "content.xml" in members:
-                _refuse_odd_ods(file, archive.read("content.xml"))
     except TableError:
         raise
     except BROKEN as error:
         raise _unreadable(file, error) from None
     return {}
+
+
+def _checked_content(file: str, raw: bytes) -> bytes:
+    """Return what an open document holds, nothing of other workbooks."""
+    try:
+        content = ods_content(raw)
+    except BROKEN as error:
+        raise _unreadable(file, error) from None
+    _refuse_odd_ods(file, content)
+    return content
 
 
 def _members_of_sheets(archive: zipfile.ZipFile) -> Iterator[tuple[str, str]]:

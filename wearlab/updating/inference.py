@@ -53,7 +53,7 @@ def update(
     ...     answer = wl.update(campaign, wl.Store(folder), progress=False)
     >>> last_day = answer["predictions"]["end_of_life_quantile"]
     >>> last_day.sel(quantile=0.5).item()
-    '2027-10-28'
+    '2027-10-29'
 
     Missing runs are computed first; an update that was made before of the same runs and
     data is read.

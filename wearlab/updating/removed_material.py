@@ -1,7 +1,5 @@
 """What was taken off a flank on purpose, where a profile of it was measured."""
 
-import numpy as np
-
 from wearlab import units
 from wearlab.arrays import Array
 from wearlab.assembly import face
@@ -9,6 +7,7 @@ from wearlab.campaign.update_options import Data
 from wearlab.mesh.gear_set import GearSet
 from wearlab.scene import Scene
 from wearlab.updating.measurements import UpdateError
+from wearlab.wear.measured_profile import removed_on_purpose
 
 
 def removed(
@@ -27,15 +26,12 @@ def removed(
     """
     kind, gear = of
     pair = gears.kinds[kind].pair
-    of_profile = pair.modification(gear, position)
     if not scene.face_keys:
-        return of_profile
+        return removed_on_purpose(pair, gear, position)
 
-    flank = face.sliced_flank(scene, gears, of, [_face_position(data)])
-    assert flank is not None
-    share = pair.from_root(gear, position)
-    lead = flank.lead.removed(flank.position, share, flank.width)[0]
-    return np.asarray(of_profile * flank.cosine + lead)
+    place = _face_position(data)
+    flank = face.sliced_flank(scene, gears, of, [place])
+    return removed_on_purpose(pair, gear, position, flank, place)
 
 
 def _face_position(data: Data) -> float:

@@ -86,6 +86,32 @@ def measured(
     return _worn(depth, name, profile.zero, where, "'max' or 'line'")
 
 
+def removed_on_purpose(
+    pair: GearPair,
+    gear: int,
+    position: ArrayLike,
+    flank: helix.SlicedFlank | None = None,
+    place: float = 0.0,
+) -> Array:
+    """Return what the drawing takes off where a profile was measured, (n,) [m].
+
+    Normal to the flank.
+
+    Parameters
+    ----------
+    pair, gear : the pair; 0 driving, 1 driven
+    position : (n,) on the path [m]
+    flank : with its relief over the face, None of gears without one
+    place : across the face, from its middle [m]
+    """
+    of_profile = pair.modification(gear, np.asarray(position, float))
+    if flank is None:
+        return of_profile
+    share = pair.from_root(gear, np.asarray(position, float))
+    lead = flank.lead.removed([place], share, flank.width)[0]
+    return np.asarray(of_profile * flank.cosine + lead)
+
+
 def nodal(profile: MeasuredProfile, pair: GearPair, gear: int, s: Array) -> Array:
     """Return what was measured at the nodes, before its zero, (n,) [m].
 

@@ -162,7 +162,11 @@ class MeasuredWear(InitialModel):
         place: float = 0.0,
     ) -> "MeasuredProfile":
         """Return the rows of one profile, of a topography at a place on the face."""
-        from wearlab.wear.measured_profile import MeasuredProfile, path_position
+        from wearlab.wear.measured_profile import (
+            MeasuredProfile,
+            path_position,
+            removed_on_purpose,
+        )
 
         abscissa = np.asarray(self.abscissa, float)[rows]
         depth = np.asarray(self.ordinate, float)[rows]
@@ -171,13 +175,7 @@ class MeasuredWear(InitialModel):
             where = np.clip(
                 path_position(pair, gear, x, abscissa), pair.path.A, pair.path.E
             )
-            depth = -depth - pair.modification(gear, where) * (
-                1.0 if flank is None else flank.cosine
-            )
-            if flank is not None:
-                depth -= flank.lead.removed(
-                    [place], pair.from_root(gear, where), flank.width
-                )[0]
+            depth = -depth - removed_on_purpose(pair, gear, where, flank, place)
         across = self.direction == "tooth-thickness"
         return MeasuredProfile(
             x, abscissa, depth, across, self.zero, self.smooth, self.continuation
