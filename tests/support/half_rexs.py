@@ -13,7 +13,7 @@ from wearlab.rexs.stages import read_unit
 Element = ElementTree.Element
 Reading = list[tuple[str, str]]
 ODD = ("abc", "1e999", "--", "3 mm", "1.2.3", "[]", "0x3", "true")
-ODD_UNITS = ("gizmo", "kg", "s", "mm^2 / s", "%")
+ODD_UNITS = ("gizmo", "kg", "s", "mm^2 / s")
 STAGES = (1, 2)
 
 
