@@ -1,6 +1,6 @@
 """What of a campaign is updated: runs, observations and unknowns of every case."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Hashable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from datetime import date
 from functools import cached_property
@@ -456,8 +456,21 @@ def history_variables(study: Subject) -> set[str]:
     return names - {"verdict", "end_reason"}  # those are for people
 
 
-def histories(study: Subject, store: Store) -> run_curves.Runs:
+RunsRead = dict[Hashable, dict[str, xr.Dataset]]
+"""Stored runs that were read, by their ids and variables."""
+
+
+def histories(
+    study: Subject, store: Store, runs_read: RunsRead | None = None
+) -> run_curves.Runs:
     """Return what the stored runs of a study say.
+
+    Parameters
+    ----------
+    study : the case
+    store : where the runs are kept
+    runs_read : those that were read before, to which these are added: units of a fleet
+        share a run [none]
 
     Raises
     ------
@@ -465,7 +478,13 @@ def histories(study: Subject, store: Store) -> run_curves.Runs:
     """
     names = history_variables(study)
     ids = [scene.id for scene in study.scenes]
-    runs = run_curves.read_runs(store, dict.fromkeys(ids), names - ERRORS, ERRORS)
+    runs_read = {} if runs_read is None else runs_read
+    key = (*ids, frozenset(names))
+    if key not in runs_read:
+        runs_read[key] = run_curves.read_runs(
+            store, dict.fromkeys(ids), names - ERRORS, ERRORS
+        )
+    runs = runs_read[key]
     if len(ids) == 1 and not runs:
         entry = store.archive.heads(ids).get(ids[0])
         reason = (

@@ -41,8 +41,10 @@ class Runner(NamedTuple):
         self._compute(studies, scenes)
 
         all_histories = []
+        runs_read: cases.RunsRead = {}
         for study, condition_scenes in zip(studies, conditions, strict=True):
-            runs = cases.histories(study, self.store)
+            is_single = len(study.scenes) == 1  # of many, memory is not kept
+            runs = cases.histories(study, self.store, runs_read if is_single else None)
             if study.record is not None:  # all of it idle: a clock without a run
                 condition_runs = cases.condition_histories(
                     study, condition_scenes, self.store
