@@ -1,6 +1,5 @@
 """Values of attributes in known units, under every name that REXS gave them."""
 
-from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 from wearlab import units
@@ -62,20 +61,6 @@ LARGEST_SIZE = 1e6
 """Of lengths [mm], and of numbers of teeth."""
 NO_UNIT = ("", "none", "-")
 """What stands where a writer has no unit: then the format's own unit is meant."""
-
-PLAIN_NUMBERS = (
-    "number_of_teeth",
-    "addendum_modification_coefficient",
-    "addendum_coefficient_basic_profile",
-    "addendum_coefficient_reference_profile",
-    "tip_corner_radius_factor_reference_profile",
-    "tip_radius_factor",
-    "protuberance_height_coefficient",
-    "poisson_ratio",
-)
-"""Attributes without a unit that stand for numbers."""
-SHOWN = 40
-"""Letters of a value that a message shows."""
 
 LEFT_OUT = str.maketrans({letter: None for letter in "*·.[]"})
 RAISED = str.maketrans({"²": "^2", "³": "^3"})
@@ -243,24 +228,6 @@ def position(component: Component | None, attribute: str) -> list[float] | None:
 
     unit = _known(stated_unit, "mm", place_of(component, name))
     return [units.convert(part, unit, "mm") for part in value]
-
-
-def unreadable(component: Component) -> Iterator[str]:
-    """Yield the attributes that stand for numbers and are none, in words.
-
-    Without a unit the names of those that wearlab reads tell which stand for numbers.
-
-    Parameters
-    ----------
-    component : whose they are
-    """
-    for name, (value, unit) in component.attributes.items():
-        has_unit = "".join(unit.split()) not in NO_UNIT
-        stands_for_number = has_unit or name in PLAIN_NUMBERS
-        is_single = isinstance(value, str | float | int)
-        if stands_for_number and is_single and not _is_number(value):
-            shown = str(value)[:SHOWN]
-            yield f"{place_of(component, name)} = {shown!r}: is no number, left out"
 
 
 def _raw(component: Component | None, attribute: str) -> tuple[Any, str, str]:

@@ -8,7 +8,7 @@ from wearlab.rexs import operation, pairs, planetary, stated
 from wearlab.rexs.container import read_document
 from wearlab.rexs.document import Component, Document, RexsError
 from wearlab.rexs.draft import Draft
-from wearlab.rexs.quantities import number, unreadable
+from wearlab.rexs.quantities import number
 
 TAKEN = ("cylindrical_stage", "planetary_stage")
 
@@ -189,10 +189,8 @@ def _stage(document: Document, component: Component, place: int) -> Stage:
 
 
 def _put_the_rest(draft: Draft, document: Document, component: Component) -> None:
-    """Say what a life needs beside the file, and what of it could not be read."""
+    """Say what a life needs beside the file, and compare contact ratios."""
     draft.entries.setdefault("mesh", {})
-    for part in document.components.values():
-        draft.left_out += unreadable(part)
     draft.missing += [
         "[wear]: add it, else one state without wear is computed:",
         '  coefficient = { model = "constant", value = "1e-18 m^2/N" } # of your test',
