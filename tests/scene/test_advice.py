@@ -576,6 +576,15 @@ OF_RULES: dict[str, SceneRefusal] = {
     ),
     "rules._mesh_of_a_face.3": SceneRefusal(
         faced(
+            mesh={"stiffness": {"model": "potential-energy", "load_direction": "worn"}}
+        ),
+        {
+            "give 'ideal'": {"mesh.stiffness.load_direction": "ideal"},
+            "or leave it out": {"mesh.stiffness.load_direction": None},
+        },
+    ),
+    "rules._mesh_of_a_face.4": SceneRefusal(
+        faced(
             mesh={
                 "stiffness": {"model": "constant", "value": "400 N/um", "of": "pair"},
                 "face_coupling": "pasternak",
@@ -586,7 +595,7 @@ OF_RULES: dict[str, SceneRefusal] = {
             "or another mesh.stiffness": {"mesh.stiffness": "potential-energy"},
         },
     ),
-    "rules._mesh_of_a_face.4": SceneRefusal(
+    "rules._mesh_of_a_face.5": SceneRefusal(
         faced(mesh={"face_coupling": "elements"}),
         {
             "mesh.stiffness = 'finite-element': give that": {
@@ -595,7 +604,7 @@ OF_RULES: dict[str, SceneRefusal] = {
             "or 'pasternak'": {"mesh.face_coupling": "pasternak"},
         },
     ),
-    "rules._mesh_of_a_face.5": SceneRefusal(
+    "rules._mesh_of_a_face.6": SceneRefusal(
         faced(mesh={"contact": "exact"}),
         {"give 'displacement'": {"mesh.contact": "displacement"}},
     ),
