@@ -44,8 +44,12 @@ ESTIMATES = {
 
 That of a factor is a force: the factor's error times the static force. That of hours is
 in cycles."""
-OF_FLANKS = {"error_estimate_wear_depth": "error_estimate_flank_wear_depth"}
-"""Estimate of the largest error of all flanks → that of each, where a run has it."""
+OF_FLANK = "error_estimate_flank_wear_depth"
+CLOSER = {
+    **dict.fromkeys(ESTIMATED["wear_depth"], OF_FLANK),
+    "mesh_force_min": "error_estimate_mesh_force_min",
+}
+"""Variable → a closer estimate of its error, which runs of before do not have."""
 WITNESSES = ("verdict", "estimate_quality", "validity", "separation_fraction")
 """What a run says against itself."""
 
@@ -57,10 +61,11 @@ def variables_for(names: Iterable[str]) -> list[str]:
     ----------
     names : of the others
     """
+    names = list(names)
     estimates = [ESTIMATES[name] for name in names if name in ESTIMATES]
-    of_flanks = [OF_FLANKS[name] for name in estimates if name in OF_FLANKS]
+    closer = [CLOSER[name] for name in names if name in CLOSER]
     scales = ["life", "static_mesh_force"] if estimates else []
-    return [*WITNESSES, *estimates, *of_flanks, *scales]
+    return [*WITNESSES, *estimates, *closer, *scales]
 
 
 def error_of(data: xr.Dataset, name: str) -> xr.Variable | None:
@@ -75,9 +80,8 @@ def error_of(data: xr.Dataset, name: str) -> xr.Variable | None:
     """
     estimate = ESTIMATES.get(name)
     variables = data.variables
-    of_flank = OF_FLANKS.get(estimate or "")
-    if of_flank in variables:
-        estimate = of_flank
+    if CLOSER.get(name) in variables:
+        estimate = CLOSER[name]
     if estimate not in variables or name not in variables:
         return None
     error = variables[estimate]

@@ -318,13 +318,15 @@ class ForceErrors(NamedTuple):
     Parameters
     ----------
     mesh : of the elastic mesh force at any instant, the largest over the meshes
-    largest : of the largest mesh force, the largest over the meshes
+    largest, least : of the largest and the least mesh force, the largest over the
+        meshes
     bearing : of the force of a bearing along one axis, the largest of all; NaN without
         bearings
     """
 
     mesh: Any
     largest: Any
+    least: Any
     bearing: Any
 
 
@@ -364,19 +366,37 @@ def force_errors(
         further = np.roll(further, turn, axis=0)
         error = weight * np.abs(coarse - forces) + np.abs(further - coarse)
         read, twice = (
-            mesh_forces.extremes(there.responses[at]).largest for there in states[:2]
+            mesh_forces.extremes(there.responses[at]) for there in states[:2]
         )
-        largest = [
-            error_of_largest(forces[:, mesh].ravel(), error[:, mesh].ravel())
-            for mesh in range(meshes)
-        ]
+        curves = np.stack([values[:, :meshes] for values in (forces, coarse, further)])
         of_meshes = (
             INSTANT_SHARE * error[:, :meshes].max(),
-            max(*largest, weight * np.abs(read - twice).max()),
+            max(
+                _of_extremes(curves, weight),
+                weight * np.abs(read.largest - twice.largest).max(),
+            ),
+            max(
+                _of_extremes(-curves, weight),
+                weight * np.abs(read.least - twice.least).max(),
+            ),
         )
         bearing = error[:, meshes:].max() if bearings.has_bearings(parts) else np.nan
         errors.append((*of_meshes, INSTANT_SHARE * bearing))
     return ForceErrors(*np.max(errors, axis=0))
+
+
+def _of_extremes(curves: Array, weight: float) -> float:
+    """Return by how much the largest force of a mesh may be off, the most of all [N].
+
+    Curves are (3, n_periods, n_meshes, n_instants): those of a state, of its rougher
+    twin, and of that worn further.
+    """
+    errors = []
+    for mesh in range(curves.shape[2]):
+        values, twin, worn = curves[:, :, mesh].reshape(3, -1)
+        at_instants = weight * np.abs(twin - values) + np.abs(worn - twin)
+        errors.append(error_of_largest(values, at_instants))
+    return max(errors)
 
 
 def error_of_largest(values: Array, error: Array) -> float:

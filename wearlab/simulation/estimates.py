@@ -371,13 +371,13 @@ def _forces(compared: CompanionErrors) -> tuple[companion_runs.ForceErrors, ...]
                     parts, state, twin.conditions[block], worse
                 )
                 if np.isfinite(off.mesh):
-                    rows.append(
-                        (twin.cycle, off.mesh, max(off.largest, smallest), off.bearing)
-                    )
+                    largest = max(off.largest, smallest)
+                    least = max(off.least, smallest)
+                    rows.append((twin.cycle, off.mesh, largest, least, off.bearing))
         periodic = np.array(
             [companion_runs.is_periodic(state) for state in life_history.state]
         )
-        cycle, *columns = np.array(rows).T if rows else np.full((4, 1), np.nan)
+        cycle, *columns = np.array(rows).T if rows else np.full((5, 1), np.nan)
         errors = (
             np.where(periodic, np.interp(life_history.cycle, cycle, error), np.nan)
             for error in columns

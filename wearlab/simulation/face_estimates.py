@@ -102,7 +102,7 @@ def estimated_over_face(
         # mesh forces at any phase are off by no more, nor are bearings, which carry
         # less
         force = tuple(
-            companion_runs.ForceErrors(*np.full((3, len(life_history.state)), off))
+            companion_runs.ForceErrors(*np.full((4, len(life_history.state)), off))
             for off in _differences_of_forces(ends, rough_ends)
         )
 

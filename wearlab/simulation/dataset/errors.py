@@ -175,6 +175,7 @@ def condition_error_values(
     of_states = errors.force[block]
     values["error_estimate_mesh_force"] = of_states.mesh[-updates:]
     values["error_estimate_mesh_force_max"] = of_states.largest[-updates:]
+    values["error_estimate_mesh_force_min"] = of_states.least[-updates:]
     if bearings:
         values["error_estimate_bearing_force"] = of_states.bearing[-updates:]
     return values
