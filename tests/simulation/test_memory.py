@@ -29,6 +29,18 @@ def test_phases_of_a_life_are_bounded_by_the_memory_that_its_states_take():
     build(scene.replace("numerics.phase_points", 10_000))
 
 
+def test_nodes_over_a_face_are_bounded_before_contact_is_solved_on_them(monkeypatch):
+    def solved(*args):
+        raise AssertionError("contact was solved")
+
+    monkeypatch.setattr("wearlab.mesh.face.contact.FaceContact.solve", solved)
+    static = Scene.from_mapping(PAIR).replace("dynamics", None)
+    crowned = static.replace("gears.pinion.lead_crowning", "5 um")
+    scene = crowned.replace("mesh.damping_ratio", None)
+    with pytest.raises(GearError, match=r"wear depths.*fewer .*profile_points"):
+        build(scene.replace("numerics.profile_points", 100_000))
+
+
 def test_wear_states_are_bounded_too():
     cycles = [float(10 * n) for n in range(1, 100_000)]
     scene = Scene.from_mapping(PAIR).replace("wear.snapshots", {"cycles": cycles})

@@ -3,14 +3,13 @@
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
-from math import prod
 from typing import Any
 
 import numpy as np
 
-from wearlab.assembly import errors, heat, mesh, planets, sets, thermal
+from wearlab.assembly import errors, face, heat, mesh, planets, sets, thermal
 from wearlab.assembly.coupling import joined_kinds
-from wearlab.assembly.gear_model import GearModel
+from wearlab.assembly.gear_model import GearModel, phase_count
 from wearlab.assembly.kinds import build_kind
 from wearlab.assembly.life import build_load
 from wearlab.assembly.long_periods import require_bounded_transmission_error
@@ -22,6 +21,8 @@ from wearlab.life.coupling import Coupling
 from wearlab.life.face_coupling import FaceCoupling, FaceKind
 from wearlab.life.thermal_coupling import ThermalCoupling
 from wearlab.mesh import clock, profile
+from wearlab.mesh.contact import ContactAnalysis
+from wearlab.mesh.gear_set import GearSet
 from wearlab.mesh.onsets import rule_between_onsets
 from wearlab.scene import Scene
 
@@ -57,6 +58,9 @@ def build(
         analyses = tuple(kind.analysis for kind in kinds)
         meshes = tuple(mesh._replace(kind=i) for i, mesh in enumerate(meshes))
         gears = gears.with_planets_apart()
+    phases = phase_count(scene)
+    depths = _depths_of(scene, gears, analyses)
+    require_memory_for_states(scene, phases, len(meshes), depths)
     on_clock = OnClock(analyses, meshes, edges)
     joined = tuple(joined_kinds(scene, gears, kinds, on_clock))
     join: Any = FaceCoupling if scene.face_keys else Coupling
@@ -75,11 +79,19 @@ def build(
         joint = planets.planets_apart(scene, gears, meshes, system)
         coupling = replace(coupling, planets=joint)
     model = GearModel(scene, gears, kinds, meshes, edges, coupling)
-    phases = len(model.phase)
-    depths = sum(2 * prod(kind.shape) for kind in joined)
-    require_memory_for_states(scene, phases, len(meshes), depths)
     require_bounded_transmission_error(scene, gears, meshes, phases)
     return model
+
+
+def _depths_of(
+    scene: Scene, gears: GearSet, analyses: Sequence[ContactAnalysis]
+) -> int:
+    """Return the number of wear depths of all flanks, slice by slice over a face."""
+    depths = 0
+    for kind, analysis in zip(gears.kinds, analyses, strict=True):
+        slices = face.slices_of(scene, kind) if scene.face_keys else 1
+        depths += 2 * slices * len(analysis.grid.position)
+    return depths
 
 
 def unworn_stiffness(kind: MeshKind | FaceKind) -> tuple[float, float]:

@@ -23,6 +23,16 @@ from wearlab.scene import Scene, summary
 PHASE_POINTS = 256
 
 
+def phase_count(scene: Scene) -> int:
+    """Return the stored phases of a mesh period: as stated, or as usual.
+
+    Parameters
+    ----------
+    scene : the scene
+    """
+    return scene.numerics.phase_points or PHASE_POINTS
+
+
 @dataclass(frozen=True)
 class GearModel:
     """The physics of a scene; what the scene leaves out is ``None``.
@@ -95,7 +105,7 @@ class GearModel:
     @cached_property
     def phase(self) -> Array:
         """Stored phases, (n_phases,) [1]."""
-        count = self.scene.numerics.phase_points or PHASE_POINTS
+        count = phase_count(self.scene)
         return np.arange(count) / count
 
     @cached_property
