@@ -8,6 +8,7 @@ from wearlab.gears.specification import Basics, GearSpec
 from wearlab.mesh.profile import (
     NO_EXTENSION,
     Extension,
+    bounds_of_layers,
     interpolate,
     lookup,
     profile_grid,
@@ -137,3 +138,16 @@ def test_narrow_layers_alone_take_more_nodes(pair):
 
     assert nodes(0.02 * pair.base_pitch) > 1.05 * nodes(0.0)
     assert nodes(0.2 * pair.base_pitch) < 1.03 * nodes(0.0)
+
+
+def test_layers_of_a_face_lay_the_same_nodes_on_the_path_under_every_load(pair):
+    on_path = []
+    for reach in (0.1, 0.3, 0.4, 0.9):
+        extension = Extension(reach * pair.base_pitch, reach * pair.base_pitch)
+        grid = profile_grid(
+            pair, 101, extension=extension, layer_bounds=bounds_of_layers(reach)
+        )
+        on_path.append(grid.position)
+        assert grid.pairs_at_phase_nodes.shape[1] <= 4
+    for nodes in on_path[1:]:
+        np.testing.assert_allclose(nodes, on_path[0], atol=1e-15)

@@ -13,6 +13,7 @@ from scipy.special import eval_chebyt, jv
 from wearlab.wear.levelling import (
     FIRST_ORDER,
     Ahead,
+    _slopes,
     coefficients,
     elastic,
     levelling,
@@ -380,3 +381,12 @@ def test_matrices_of_the_same_patches_are_made_once(make_path):
     assert spread_matrix(a, path) is not first
     _, path, a = wave_path(make_path, MAX_NODES + 1)
     assert spread_matrix(a, path) is not spread_matrix(a, path)
+
+
+def test_slopes_pass_nodes_at_one_place():
+    """A relief that ends almost at a break has a segment of no length."""
+    place = np.concatenate([[0.0, 1.0, 2.0], 2.0 + 2e-4 * np.arange(5), [3.0, 4.0]])
+    for slices in (1, 3):
+        slopes = _slopes(place, slices) @ np.tile(place, slices)
+        within = np.delete(slopes, np.arange(len(place) - 1, len(slopes), len(place)))
+        assert within == pytest.approx(1.0, rel=1e-9)

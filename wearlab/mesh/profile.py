@@ -26,8 +26,9 @@ LAYER_SHARE = 26.0
 LAYER_BOUNDS = (0.12, 0.36)
 """Where layers end that are the same under every load, in base pitches from A and E: of
 a module of 4 mm contact reaches 0.1 under 40 N m, 0.24 under 1000 N m."""
-LAYER_GROWTH = 3.0
-"""Times the last of these bounds where the next one is."""
+LAST_BOUND = 1.0
+"""Where the next layer ends under loads that reach further: nodes there are those of A
+and E in other pairs [base pitches]."""
 LIGHT_REACH = 0.07
 """Reach in base pitches below which layers follow the load: they are too thin."""
 BY_CUBIC = np.array([[-11.0, 18.0, -9.0, 2.0], [-2.0, -3.0, 6.0, -1.0]]) / 6.0
@@ -346,10 +347,9 @@ def bounds_of_layers(reach: float) -> tuple[float, ...]:
     """
     if reach < LIGHT_REACH:
         return ()
-    bounds: tuple[float, ...] = LAYER_BOUNDS
-    while bounds[-1] < reach - SAME_PHASE:
-        bounds = (*bounds, LAYER_GROWTH * bounds[-1])
-    return bounds
+    if reach > LAYER_BOUNDS[-1] + SAME_PHASE:
+        return (*LAYER_BOUNDS, LAST_BOUND)
+    return LAYER_BOUNDS
 
 
 def _intervals(

@@ -144,7 +144,12 @@ def _require_order(rows: ReadTable) -> None:
     if not named:
         return
     (name, *_) = named
-    numbers = rows.numbers(name)
+    try:
+        numbers = rows.numbers(name)
+    except TableError as refusal:
+        raise TableError(
+            f"{refusal}: number teeth 1, 2, 3 ..., or leave the column out"
+        ) from refusal
     first = 0.0 if numbers[0] == 0.0 else 1.0
     expected = first + np.arange(len(numbers))
     wrong = np.flatnonzero(numbers != expected)

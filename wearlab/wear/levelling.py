@@ -409,19 +409,27 @@ def _differences(arc: Array, slices: int) -> csr_array:
 def _slopes(arc: Array, slices: int) -> csr_array:
     """Return what turns values at nodes into slopes between them, (n − 1, n) [1/m].
 
-    Between two nodes at one place it is the mean of the slopes on either side: what is
-    felt there differs by the widths of their contacts alone.
+    Between nodes at one place it is the mean of the slopes on either side: what is felt
+    there differs by the widths of their contacts alone.
     """
     step = np.diff(ascending(arc))
     apart = step > ONE_PLACE * step.mean()
     per_step = np.divide(1.0, step, out=np.zeros_like(step), where=apart)
     of_slice = np.append(per_step, 0.0)
     slopes = diags_array(np.tile(of_slice, slices)[:-1]) @ _differences(arc, slices)
+    if apart.all():
+        return csr_array(slopes)
 
-    together = np.append(~apart, False)
-    half = 0.5 * np.tile(together, slices)[:-1]
-    passed_on = diags_array([half[1:], half[:-1]], offsets=[-1, 1])
-    return csr_array(slopes + passed_on @ slopes)
+    places = np.flatnonzero(apart)
+    following = np.searchsorted(places, np.arange(len(step)))
+    behind = places[np.maximum(following - (~apart), 0)]
+    ahead = places[np.minimum(following, len(places) - 1)]
+    rows = np.tile(np.arange(len(step)), 2)
+    beside = np.concatenate([behind, ahead])
+    half = np.full(len(rows), 0.5)
+    one = csr_array((half, (rows, beside)), (len(of_slice), len(of_slice)))
+    taken = kron(eye_array(slices), one, format="csr")
+    return csr_array(taken[:-1, :-1] @ slopes)
 
 
 def looking_ahead(matrix: csr_array, lag: float) -> SuperLU:
