@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from made import ErrorModel, blocks, history, observed, study
+from made import RATE, ErrorModel, blocks, history, observed, study
 from scipy import stats
 
 from wearlab.campaign.distributions import read_distribution
@@ -60,6 +60,20 @@ def test_twins_whose_rate_drifts_are_those_of_the_prior_of_courses():
         for width in (0.5, 0.9):
             low, high = bounds(width)
             assert low <= float(found[f"{name}_coverage_{100 * width:.0f}"]) <= high
+
+
+def test_twins_of_so_many_exact_values_that_no_course_counts_are_made():
+    """Their draws were of more runs than the posterior has: an IndexError."""
+    cycles = np.linspace(1e3, 8e5, 6000)
+    rng = np.random.default_rng(5)
+    error = ErrorModel(1e-6)
+    values = RATE * cycles + 1e-6 * rng.standard_normal(6000)
+    seen = (observed(cycles, values, error),)
+    asked = study(PRIOR, seen, "drifting-rate")
+    answer = answer_of(asked, [history(seen)], blocks(seen))
+    assert len(answer.posterior.histories) == 1
+    found = calibrated(asked, answer.posterior, 3)
+    assert found["factor_rank"].shape == (3,)
 
 
 def test_wrong_errors_are_seen():

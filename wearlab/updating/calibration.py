@@ -117,11 +117,12 @@ def calibrated(
         believed = believed or post.blocks
 
     no_values = answers.without_values(source.blocks)
-    if source.histories[-1].is_as_stated:
+    if study.spec.discrepancy != answers.DRIFTING:
         prior = answers.answer_of(study, source.histories, no_values)
     else:
-        before = grids.Posterior(source.histories, no_values, study.prior)
-        prior = Answer(before, source.histories[0].start, None)
+        sound_runs = [run for run in source.histories if run.doubted is None]
+        before = grids.Posterior(sound_runs, no_values, study.prior)
+        prior = Answer(before, sound_runs[0].start, None)
     truths = replace(sampling.draw(prior, n, rng), posterior=source)
     twins = TwinScores()
     for t in each_told(range(n)):
