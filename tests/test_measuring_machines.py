@@ -3,6 +3,7 @@
 import json
 import random
 import re
+import time
 
 import measured_gear as gear
 import numpy as np
@@ -75,9 +76,39 @@ def test_a_pitch_table_without_rows_is_refused(file):
     head = next(i for i, line in enumerate(lines) if PITCH_HEAD.search(line))
     rows = next(i for i in range(head + 1, len(lines)) if lines[i].split())
     end = next(i for i in range(rows, len(lines)) if not lines[i].split())
-    file.write_text("\n".join([*lines[:rows], "", *lines[end:]]))
+    file.write_text("\n".join([*lines[:rows], "", *lines[end:], ""]))
     with pytest.raises(TableError, match="the pitch table"):
         read_measurement(file)
+
+
+def test_a_pitch_table_may_have_many_columns(file):
+    """Rows of six numbers and more below the curves were refused as a curve's."""
+    text = re.sub(r"(?m)^( \d+ \S+ \S+ 0\.0)$", r"\1 1.0 2.0 3.0 4.0", gear.mka())
+    assert text.count("1.0 2.0 3.0 4.0") == 2 * gear.TEETH
+    expected = read_measurement(file).pitch["left"].single
+    wider = file.with_name("wider.mka")
+    wider.write_text(text, encoding="utf-8-sig")
+    assert read_measurement(wider).pitch["left"].single == pytest.approx(expected)
+
+
+def test_a_number_cut_at_the_end_is_refused_and_the_remedy_helps(file):
+    """``0.000`` read silently where ``0.0003`` had been written."""
+    text = gear.mka()
+    for cut in (1, 2, 3):
+        file.write_text(text[:-cut])
+        with pytest.raises(TableError, match="half a number"):
+            read_measurement(file)
+    file.write_text(text[:-1] + "\n")
+    assert len(read_measurement(file).pitch["right"].single) == gear.TEETH
+
+
+@pytest.mark.parametrize("line", ["left/1" * 20_000, "fp " * 40_000])
+def test_a_long_line_is_no_head_of_a_curve(file, line):
+    """Its reading took time with the square of its length."""
+    file.write_text(gear.mka() + line + "\n")
+    begin = time.process_time()
+    assert len(read_measurement(file).traces) == 13
+    assert time.process_time() - begin < 1.0
 
 
 def test_traces_beside_a_tooth_are_not_its_curve(file):

@@ -2,6 +2,8 @@
 one clear message.
 """
 
+import time
+
 import numpy as np
 import pytest
 
@@ -9,6 +11,7 @@ import wearlab as wl
 from wearlab.cli.app import status_of
 from wearlab.scene.duty_file import load_table_of
 from wearlab.tables import ReadTable, TableError, read_table
+from wearlab.tables.cells import kind_of
 
 PAIR = """
 [gears]
@@ -698,3 +701,10 @@ def test_ranges_without_a_middle_are_refused(tmp_path, ends, message):
 def test_a_comment_is_no_error_of_a_spreadsheet(table, comment):
     read = table(f"{comment}\ncycles,loss\n100,200\n{comment}\n300,600\n")
     assert read.names == ("cycles", "loss") and read.lines == (3, 5)
+
+
+def test_a_long_cell_of_capitals_is_a_text_at_once():
+    """Ten thousand letters after # took seconds: each end was tried from each begin."""
+    begin = time.process_time()
+    assert kind_of("#" + "A" * 1_000_000, ".") == "text"
+    assert time.process_time() - begin < 1.0

@@ -229,3 +229,11 @@ def test_a_decimal_comma_is_named(text, remedy):
     with pytest.raises(UnitError, match="the decimal sign is a point") as found:
         quantity(text, "length")
     assert remedy in str(found.value)
+
+
+@pytest.mark.parametrize("text", ["20 grad", "3 grad/s"])
+def test_no_unit_is_suggested_beside_the_two_that_a_name_means(text):
+    """Of 'grad' it went on with "did you mean 'rad'?"."""
+    with pytest.raises(UnitError) as refused:
+        quantity(text, "angle")
+    assert "did you mean" not in str(refused.value)

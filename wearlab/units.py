@@ -386,7 +386,9 @@ def _is_energy(unit: str) -> bool:
 
 def _advice(unit: str, measure: Measure) -> str:
     """Return the end of a message: the nearest unit, and what is expected."""
-    near = get_close_matches(unit, measure.units, 1, 0.5)
+    names = re.findall(r"[^\W\d_]+", unit.lower())
+    is_ambiguous = any(name in OF_TWO_MEANINGS for name in names)
+    near = () if is_ambiguous else get_close_matches(unit, measure.units, 1, 0.5)
     question = f"did you mean {near[0]!r}? " if near else ""
     return (
         f"{question}expected {measure.article} such as {measure.example!r} (kept in "

@@ -132,12 +132,23 @@ def test_units_without_a_median_day_have_an_entry_too(tree):
     assert "DTSTART;VALUE=DATE:20260630" in never  # its lower end is in the past
 
 
+@pytest.mark.parametrize("passed", [1.0, 0.0], ids=["overdue", "never"])
+def test_a_fleet_without_one_median_day_has_a_calendar(tree, passed):
+    """Refused with "no days are known", though each unit has an entry."""
+    values = tree["predictions"].to_dataset().copy(deep=True)
+    values["end_of_life_quantile"].values[:, 1:] = "never"
+    values["passed_today"].values[:] = values["end_passed"].values[:] = passed
+    tree["predictions"] = values
+    text = content_of(tree, Path("fleet.ics")).decode()
+    assert text.count("BEGIN:VEVENT") == 3
+
+
 def test_what_cannot_be_written_is_refused_with_a_remedy(tree, monkeypatch):
     with pytest.raises(StoreError, match=r"not '.txt': name it fleet.xlsx"):
         content_of(tree, Path("fleet.txt"))
     refuse_format(Path("fleet.xlsx"))
     tree["predictions"] = (
-        tree["predictions"].to_dataset().drop_vars("end_of_life_quantile")
+        tree["predictions"].to_dataset().drop_vars(["end_of_life_quantile", "today"])
     )
     with pytest.raises(StoreError, match="no days are known: give"):
         content_of(tree, Path("fleet.ics"))

@@ -17,6 +17,7 @@ import wearlab as wl
 from wearlab.gears.shifts import internal_position, operating_position
 from wearlab.gears.specification import Basics
 from wearlab.rexs import RexsError, read_rexs
+from wearlab.rexs.document import Attribute, by_id
 from wearlab.rexs.stages import read_unit
 from wearlab.scene import Scene
 
@@ -209,6 +210,20 @@ def test_an_attribute_twice_is_refused(tmp_path, name):
         read_unit(_written(tmp_path, again, name))
     same = text.replace(one, joint.join([one, one]), 1)
     assert read_unit(_written(tmp_path, same, name)).stages
+
+
+def test_long_values_of_an_attribute_twice_are_cut_in_the_message():
+    """A message held both arrays, a megabyte."""
+    numbers = [float("nan"), *map(float, range(100_000))]
+    more = Attribute([*numbers, 1.0], "mm")
+    with pytest.raises(
+        RexsError, match=r"stands twice, with .*… mm and .*… mm"
+    ) as said:
+        by_id("4", [("curve", Attribute(numbers, "mm")), ("curve", more)])
+    assert len(str(said.value)) < 200
+    alike = [float("nan"), *numbers[1:]]
+    pair = [("curve", Attribute(values, "mm")) for values in (numbers, alike)]
+    assert len(by_id("4", pair)["curve"].value) == len(numbers)
 
 
 @pytest.mark.parametrize("value", ["n. a. yet", "0.2.1", "true", "1e999"])

@@ -102,7 +102,9 @@ def content_of(tree: "xr.DataTree", path: Path) -> bytes:
         known for a calendar
     """
     rows = list(days_of_units(tree))
-    refuse_format(path, has_days=any(isinstance(row.day, date) for row in rows))
+    today = _day_or_text(_about(tree)["today"])
+    has_days = any(_day_of_entry(row, today) is not None for row in rows)
+    refuse_format(path, has_days=has_days)
     kind = path.suffix.lower()
     if kind == ".ics":
         return _calendar(tree, rows)

@@ -11,6 +11,8 @@ MAX_ENTRIES = 20_000
 MAX_STAGES = 200
 MAX_CASES = 1_000
 """Load cases of a file."""
+SHOWN = 40
+"""Characters of a value in a message."""
 TYPES = {
     "flank_geometry": "cylindrical_gear_flank",
     "stage_gear_data": "cylindrical_stage_gear_data",
@@ -177,17 +179,24 @@ def by_id(component: str, attributes: Iterable[tuple[str, Attribute]]) -> Attrib
     found: dict[str, Attribute] = {}
     for name, attribute in attributes:
         other = found.setdefault(name, attribute)
-        if repr(other) != repr(attribute):  # NaN is like NaN
-            values = (
-                f"{other.value} {other.unit}",
-                f"{attribute.value} {attribute.unit}",
-            )
+        if not _is_same(other, attribute):
             raise RexsError(
-                f"component {component}, {name}: stands twice, with "
-                f"{' and '.join(value.strip() for value in values)}: leave one in the "
-                "file"
+                f"component {component}, {name}: stands twice, with {_shown(other)} "
+                f"and {_shown(attribute)}: leave one in the file"
             )
     return found
+
+
+def _is_same(one: Attribute, other: Attribute) -> bool:
+    """Say whether two attributes have the same value and unit; NaN is like NaN."""
+    return one == other or repr(one) == repr(other)
+
+
+def _shown(attribute: Attribute) -> str:
+    """Return the value and the unit for a message, a long value cut."""
+    value = str(attribute.value)
+    beginning = value if len(value) <= SHOWN else f"{value[:SHOWN]}…"
+    return f"{beginning} {attribute.unit}".strip()
 
 
 def of_components(attributes: Iterable[tuple[str, Attributes]]) -> CaseAttributes:

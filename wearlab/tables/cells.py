@@ -34,7 +34,7 @@ SPREADSHEET_ERROR = re.compile(
     r"ÜBERLAUF!|CALC!|KALK!|FIELD!|FELD!|GETTING_DATA|CONNECT!|BLOCKED!|UNKNOWN!|"
     r"FORMULA!|#+)"
     r"|(?:Err|Fehler|Erro|Errore):\d{3})"
-    r"|#[^\sa-zà-ÿ;,|#]*[^\W\d_][^\sa-zà-ÿ;,|#]*[!?]"
+    r"|#[^\sa-zà-ÿ;,|#]{0,30}[^\W\d_][^\sa-zà-ÿ;,|#]{0,30}[!?]"
     r"|#[A-ZÀ-Ý\u0400-\u042f]{1,2}/[A-ZÀ-Ý\u0400-\u042f]{1,4}"
     r"|#(?:YOK|HIÁNYZIK|NEDOSTUPN[ÝÉ])"
 )

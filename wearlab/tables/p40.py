@@ -72,6 +72,8 @@ HEAD = re.compile(
     r"(?:zahn|tooth|links|rechts|left|right)\b.*/\s*\d+\s+[^\d=]*?[zxd]\s*=", re.I
 )
 """What every head of a tooth's curve has."""
+LONGEST_HEAD = 500
+"""Characters: no head of a curve is longer."""
 NUMBERS_OF_A_CURVE = 6
 """A line of as many numbers belongs to a curve."""
 PITCH_SIDE = re.compile(r"\s*(linke|left|rechte|right)\b", re.I)
@@ -367,7 +369,9 @@ def measurement_of(content: bytes, file: str) -> Measurement:
             f"{file}: it does not begin with HEADER KS.MK.FILE or KS.MW.FILE: export "
             "the curves (.mka) or values (.mew) of the measurement"
         )
-    lines = _decoded(content).splitlines()
+    text = _decoded(content)
+    lines = text.splitlines()
+    _require_whole(text, file)
     has_values_alone = VALUES in lines[0]
     codes, labels, words = _codes(lines, file)
     if not has_values_alone:
@@ -401,6 +405,19 @@ def _decoded(content: bytes) -> str:
         except UnicodeDecodeError:
             continue
     return content.decode("latin-1")
+
+
+def _require_whole(text: str, file: str) -> None:
+    """Refuse a text whose last number may have been cut: no line end follows it."""
+    *before, last = text.splitlines(keepends=True)
+    words = last.split()
+    has_end = last.splitlines()[0] != last
+    if before and not has_end and words and _number(words[-1]) is not None:
+        raise TableError(
+            f"{file}: it ends in the middle of a line, with {words[-1][:40]}, which "
+            "may be half a number: export the measurement anew, or end that line where "
+            "it is whole"
+        )
 
 
 def _codes(
@@ -477,9 +494,12 @@ def _traces(
         if title is not None:
             kind = "profile" if title[1].lower().startswith("profil") else "lead"
             continue
+        begin = line[:LONGEST_HEAD]
+        if PITCH_HEAD.search(begin):
+            kind = ""  # rows of many numbers below it are no curve's
 
-        match = TRACE.match(line)
-        if match is None and HEAD.search(line):
+        match = TRACE.match(line) if line == begin else None
+        if match is None and HEAD.search(begin):
             raise TableError(
                 f"{file}, line {place + 1}: {line.strip()[:60]!r} cannot be read as "
                 "the head of a curve: export the measurement anew"
@@ -582,7 +602,7 @@ def _pitch_tables(
         match = PITCH_SIDE.match(line)
         if match is not None:
             side = "left" if match[1].lower() in ("linke", "left") else "right"
-        elif PITCH_HEAD.search(line) and side:
+        elif side and PITCH_HEAD.search(line[:LONGEST_HEAD]):
             pitch = _pitch(lines, place, file)
             count = len(pitch.single)
             if teeth and count != abs(teeth[0]):
