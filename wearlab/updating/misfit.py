@@ -68,7 +68,8 @@ def _misfit(
     sd = float(np.exp(np.median(posterior.spreads[number][0][0])))
     model, slope = best_fit(block, run, number, sd, float(posterior.centre[0]))
     error = block.data.error
-    variance = sd**2 + observed.sd[block.rows] ** 2 + (block.relative * model) ** 2
+    relative = np.hypot(block.relative, run.scatter)
+    variance = sd**2 + observed.sd[block.rows] ** 2 + (relative * model) ** 2
     weight = 1.0 / np.maximum(variance, 1e-300)
 
     def mean(values: Array) -> Array:
@@ -99,12 +100,13 @@ def best_fit(
     """
     value = block.observed.value[block.rows]
     column_variance = block.observed.sd[block.rows] ** 2
+    relative = np.hypot(block.relative, run.scatter)
     log_factor = start
     for _ in range(STEPS):
         model = modelled(block, run, number, np.exp(np.array(log_factor)))
         nearby = modelled(block, run, number, np.exp(np.array(log_factor + NEARBY)))
         slope = (nearby - model) / NEARBY
-        variance = sd**2 + column_variance + (block.relative * model) ** 2
+        variance = sd**2 + column_variance + (relative * model) ** 2
         weighted = slope / np.maximum(variance, 1e-300)
         step = np.sum(weighted * (value - model)) / np.sum(weighted * slope)
         log_factor += float(np.clip(step, -0.5, 0.5))
