@@ -48,7 +48,7 @@ class RowCheck(NamedTuple):
     sds: float
 
 
-class _Judged(NamedTuple):
+class _RowsBesideOthers(NamedTuple):
     """Rows beside what all others tell, where readings scatter by so much.
 
     Parameters
@@ -112,7 +112,7 @@ def _by_scatter(posterior: Posterior) -> list[Flags]:
     return [sound & (scatter == one) for one in np.unique(scatter[sound])]
 
 
-def _judged(posterior: Posterior, number: int, runs: Flags) -> _Judged:
+def _judged(posterior: Posterior, number: int, runs: Flags) -> _RowsBesideOthers:
     """Return how far each row is off the others, by the likeliest of some runs."""
     block = posterior.blocks[number]
     log_weight = posterior.relative
@@ -127,7 +127,7 @@ def _judged(posterior: Posterior, number: int, runs: Flags) -> _Judged:
     scores, spread, freedom = _left_out(block, relative_sd, model, slope, fitted)
     log_density = stats.t.logpdf(scores, freedom) - np.log(spread)
     weight_of_all = float(logsumexp(log_weight[runs]))
-    return _Judged(scores, log_density, freedom, weight_of_all)
+    return _RowsBesideOthers(scores, log_density, freedom, weight_of_all)
 
 
 def _left_out(
