@@ -7,6 +7,7 @@ from html import escape, unescape
 from urllib.parse import parse_qs, urlsplit
 
 from wearlab.store.updates import kept_updates, read_update
+from wearlab.updating import report_text
 from wearlab.updating.report_text import answers, fleet_tables
 
 
@@ -27,6 +28,18 @@ def test_a_fleet_is_told_as_by_command(measured):
     ] and "<b>new</b>" not in page
     for cell in (*head, *(cell for row in rows for cell in row)):
         assert cell in unescape(page)
+
+
+def test_a_planted_update_ends_in_one_message(measured, monkeypatch):
+    """Tables of what no update holds ended in a traceback."""
+    (update,) = kept_updates(measured.store)
+
+    def absent(tree):
+        raise KeyError("pace")
+
+    monkeypatch.setattr(report_text, "fleet_tables", absent)
+    status, _, content = measured.send("update", id=update)
+    assert status == 400 and b"its file holds what no update does" in content
 
 
 def test_figures_of_an_update_are_taken_along(measured):

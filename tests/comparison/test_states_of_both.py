@@ -6,6 +6,7 @@ import xarray as xr
 
 from wearlab.comparison import compare
 from wearlab.comparison.rows import QUANTITY_HEADS, quantity_rows, states_text
+from wearlab.comparison.states import beyond_jumps
 
 LIFE = 1e7
 
@@ -176,3 +177,13 @@ def test_periods_are_compared_beside_their_estimates():
     found = compare(*runs).sel(quantity="stiffness_harmonics")
     assert found["relative_estimate"].values[-1] == pytest.approx(3e4 / 1.002e7)
     assert found["differs"] == 0
+
+
+def test_a_gap_in_a_wave_hides_no_difference_beside_it():
+    """One unknown phase took the two beside it along."""
+    phase = np.arange(8) / 8
+    known = xr.DataArray(np.ones(8), {"phase": phase}, ("phase",))
+    gap = known.copy(data=np.where(phase == 0.5, np.nan, 3.0))
+    for difference in (beyond_jumps(known, gap), -beyond_jumps(gap, known)):
+        assert np.isnan(difference).tolist() == (phase == 0.5).tolist()
+        assert np.nanmin(difference) == np.nanmax(difference) == 2.0

@@ -1,5 +1,6 @@
 import json
 from array import array
+from functools import partial
 
 import pytest
 
@@ -135,6 +136,18 @@ def test_hostile_lengths_and_depths_are_refused():
     assert "more than" in refused("life > 1 or " * LONGEST).reason
     assert "nested deeper" in refused("(" * 1000 + "life > 1" + ")" * 1000).reason
     assert "nested deeper" in refused("not " * 900 + "life > 1").reason
+
+
+def test_all_values_of_both_sides_of_an_equality_are_asked_for():
+    """Of the right side the smallest and the largest were all that was compared."""
+    several = [Key(name, "number", "m", any_value=True) for name in ("first", "second")]
+    vocabulary = Vocabulary([*several, Key("one", "number", "m")])
+    read = partial(read_condition, vocabulary=vocabulary)
+    assert read("first = second").whole == {"first", "second"}
+    assert read("one != second").whole == {"second"}
+    assert read("first < second").whole == set()
+    middle = {"first[*]": (3.0,), "second[*]": (1.0, 3.0, 5.0), "first": 3.0}
+    assert read("first = second").holds({**middle, "second": 5.0})
 
 
 def test_first_cycle_binds_its_inner_unit():

@@ -466,19 +466,18 @@ def update(store: Store, place: Any, arguments: Arguments) -> dict[str, Any]:
         if plot:
             files = place.files("update", f"id={record.id}&kind={name}")
             drawn.append(figures.of_plot(plot, files))
-    lines = report_text.text_of(tree)[1:]
-    tables = report_text.fleet_tables(tree)
-    return {
-        "heading": record.title or "Update",
-        "id": record.id,
-        "runs": record.runs,
-        "figures": drawn,
-        "answers": report_text.answers(tree),
-        "alerts": report_text.alerts(lines),
-        "lines": lines,
-        "fleet": [*tables, *report_text.what_if_tables(tree)],
-        "about": report_text.fleet_about(tree) if tables else "",
-    }
+    about = {"id": record.id, "runs": record.runs, "figures": drawn}
+    with stored_updates.understanding(record.id):
+        lines = report_text.text_of(tree)[1:]
+        tables = report_text.fleet_tables(tree)
+        return about | {
+            "heading": record.title or "Update",
+            "answers": report_text.answers(tree),
+            "alerts": report_text.alerts(lines),
+            "lines": lines,
+            "fleet": [*tables, *report_text.what_if_tables(tree)],
+            "about": report_text.fleet_about(tree) if tables else "",
+        }
 
 
 def update_plot(store: Store, subject: str, kind: str) -> Any:

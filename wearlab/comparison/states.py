@@ -292,8 +292,8 @@ def beyond_jumps(a: xr.DataArray, b: xr.DataArray) -> Array:
 def _beyond_neighbours(wave: Array, other: Array) -> Array:
     """Return how far a wave lies outside the other at the same phase and beside it."""
     neighbours = [np.roll(other, shift, axis=-1) for shift in (-1, 0, 1)]
-    lowest = np.minimum.reduce(neighbours)
-    highest = np.maximum.reduce(neighbours)
+    lowest = np.fmin.reduce(neighbours)
+    highest = np.fmax.reduce(neighbours)
     return np.fmax(wave - highest, 0.0) + np.fmin(wave - lowest, 0.0)
 
 

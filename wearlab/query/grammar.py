@@ -356,9 +356,11 @@ class _Grammar:
             raise QueryError(
                 f"{key.name!r} is a number and contains no text", self.text, left.at
             )
-        if sign in ("=", "!=") and key.any_value:
-            self.whole.add(key.name)
-        return sign, bound, self.value(right, key)
+        limit = self.value(right, key)
+        if sign in ("=", "!="):
+            sides = (one for one in (key, limit) if isinstance(one, Key))
+            self.whole.update(one.name for one in sides if one.any_value)
+        return sign, bound, limit
 
     def _list(self) -> list[Any]:
         closing = (

@@ -250,18 +250,18 @@ def _measured(campaign: Campaign, store: Store) -> Content:
 
     with updates.understanding(records[0].id):
         text = report_text.text_of(tree)[1:]
-    measured = (*text, "", *report_text.BELIEVED)
-    tables = report_text.fleet_tables(tree)
-    if not tables:
-        answers = report_text.answers(tree)
-        return nothing | {"measured": measured, "updated": answers}
-    alerts = [f"! {line}" for line in report_text.alerts(text)]
-    return {
-        "measured": measured,
-        "updated": [*alerts, *report_text.units_to_open(tree)],
-        "fleet": [*tables, *report_text.what_if_tables(tree)],
-        "about": report_text.fleet_about(tree),
-    }
+        measured = (*text, "", *report_text.BELIEVED)
+        tables = report_text.fleet_tables(tree)
+        if not tables:
+            answers = report_text.answers(tree)
+            return nothing | {"measured": measured, "updated": answers}
+        alerts = [f"! {line}" for line in report_text.alerts(text)]
+        return {
+            "measured": measured,
+            "updated": [*alerts, *report_text.units_to_open(tree)],
+            "fleet": [*tables, *report_text.what_if_tables(tree)],
+            "about": report_text.fleet_about(tree),
+        }
 
 
 def model_errors(entries: Entries) -> tuple[tuple[str, int], ...]:
