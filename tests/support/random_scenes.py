@@ -11,7 +11,8 @@ from wearlab.simulation import Refused, simulate
 
 MAY_BE_ABSENT = (
     "floquet_multiplier",  # of an aperiodic response
-    *("error_estimate_mesh_force", "error_estimate_mesh_force_max"),  # likewise
+    *("error_estimate_mesh_force", "error_estimate_mesh_force_max"),
+    "error_estimate_mesh_force_min",  # likewise
     "error_estimate_bearing_force",
     "preset_depth",  # of states that nobody asked for by depth
     "error_estimate_wear_depth",  # where every rougher twin responds otherwise
