@@ -36,6 +36,7 @@ DRAWN_HERE = {
 }
 """Picture of README or docs by name: its campaign, and the number of its figure."""
 OF_NO_RUN = {
+    "update_frontier.png": "sets of drawn laws, by tests/benchmarks/update_frontier.py",
     "growth.png": "times of `tests/benchmarks/growth.py`, whose table is beside it",
     "rooms.png": "the rooms of the package, by `docs/rooms.py`",
 }
