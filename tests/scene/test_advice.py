@@ -1039,6 +1039,11 @@ OF_TABLES: dict[str, SceneRefusal] = {
     ),
     "pitch_table._require_order.1": SceneRefusal(
         pitches({"file": "p.csv"}),
+        {"number teeth 1, 2, 3": {"file:p.csv": ONE_TURN}},
+        {"p.csv": ONE_TURN.replace("\n2,", "\nZ2,")},
+    ),
+    "pitch_table._require_order.2": SceneRefusal(
+        pitches({"file": "p.csv"}),
         {
             "give each tooth once, sorted by its number from 1 on": {
                 "file:p.csv": ONE_TURN
