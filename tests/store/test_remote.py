@@ -13,7 +13,7 @@ from fake_campaign import SIMULATE, filled, sweep
 
 from wearlab.cli.app import status_of
 from wearlab.runner.worker import Task, execute
-from wearlab.store import Store, StoreError, open_store
+from wearlab.store import Store, StoreError, open_store, remote
 from wearlab.store.merging import merge
 
 
@@ -157,6 +157,24 @@ def test_a_reader_finds_whole_catalogues_while_one_writes(elsewhere):
         reader.close()
     writer.join()
     assert found == sorted(found) and found[0] >= 5
+
+
+def test_an_answer_that_grew_while_it_was_sent_is_asked_for_again(
+    tmp_path, monkeypatch
+):
+    """Such as a server makes of a file that grows: more bytes than it had told."""
+    monkeypatch.setenv("WEARLAB_CACHE", str(tmp_path / "cache"))
+    there = filled(tmp_path / "store", sweep(1))
+    head = remote._head
+    failures = iter([OSError("data after the end"), None])
+
+    def first_too_long(files, name):
+        if failure := next(failures, None):
+            raise failure
+        return head(files, name)
+
+    monkeypatch.setattr(remote, "_head", first_too_long)
+    assert len(Store(f"file://{there.path}").archive.entries()) == 1
 
 
 def test_only_copies_are_fetched(tmp_path):

@@ -27,6 +27,8 @@ ATTEMPTS, PAUSE = (
     0.25,
 )  # looks at a catalogue that is being written, and seconds between two
 ORIGIN = "origin"
+ASKED_AGAIN = 2  # times that a server's answer is asked for once more
+NOT_ASKED_AGAIN = (FileNotFoundError, ImportError, type(None))  # what another try keeps
 HEAD = 100  # bytes
 PIECE = 1_000_000  # bytes that are taken at once
 MAGIC = b"SQLite format 3\0"
@@ -72,17 +74,17 @@ def copy_of(address: str) -> Path:
         f"{address}: its catalogue is being written all the time, or damaged; try again"
     )
     for _ in range(ATTEMPTS):
-        state = (_, idle, size) = _state(address)
+        state = (_, idle, size) = _state_now(address)
         if idle:
             try:
                 with replaced(folder / "catalogue.sqlite") as part:
                     _copy(f"{address}/catalogue.sqlite", part, size)
-                    if state != _state(address) or not Database(part).is_sound():
+                    if state != _state_now(address) or not Database(part).is_sound():
                         raise StoreError(message)
                     write_whole(folder / ORIGIN, address.encode())
                 return folder
             except StoreError:
-                if state == _state(address):  # else it has grown meanwhile
+                if state == _state_now(address):  # else it has grown meanwhile
                     raise
         time.sleep(PAUSE)
     raise StoreError(message)
@@ -177,6 +179,18 @@ def _opened(files: Any, name: str) -> Any:
     return files.open(
         name, "rb", **({"block_size": 0} if "http" in files.protocol else {})
     )
+
+
+def _state_now(address: str) -> tuple[bytes, bool, int]:
+    """Return `_state`, asked again where a file grew while it was sent."""
+    for _ in range(ASKED_AGAIN):
+        try:
+            return _state(address)
+        except StoreError as refusal:
+            if isinstance(refusal.__cause__, NOT_ASKED_AGAIN):
+                raise
+            time.sleep(PAUSE)
+    return _state(address)
 
 
 def _state(address: str) -> tuple[bytes, bool, int]:
