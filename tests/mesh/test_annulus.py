@@ -2,6 +2,7 @@ import math
 
 import numpy as np
 import pytest
+from bodies import body_compliance, foundation_compliance
 from scipy.integrate import quad, solve_ivp
 
 from wearlab.gears.outline import load_angle, root_half_angle
@@ -10,9 +11,7 @@ from wearlab.gears.specification import STEEL, Basics, GearSpec
 from wearlab.mesh.body import (
     arc_tractions,
     arc_work,
-    body_compliance,
     body_coupling,
-    foundation_compliance,
     line_of_action,
     mode_compliance,
 )

@@ -2,12 +2,12 @@ import math
 
 import numpy as np
 import pytest
+from bodies import foundation_compliance
 
 from wearlab.gears.outline import involute_point, load_angle, root_half_angle
 from wearlab.gears.pairs import gear_pair
 from wearlab.gears.specification import Basics, GearSpec
 from wearlab.mesh.body import (
-    foundation_compliance,
     foundation_validity,
     sainsot_coefficients,
 )

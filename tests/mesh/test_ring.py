@@ -7,6 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from bodies import body_compliance, foundation_compliance
 from scipy.integrate import quad, solve_ivp
 
 from wearlab.gears.outline import (
@@ -22,9 +23,7 @@ from wearlab.mesh.body import (
     annulus_along,
     arc_tractions,
     arc_work,
-    body_compliance,
     body_coupling,
-    foundation_compliance,
     foundation_validity,
     line_of_action,
     mode_compliance,

@@ -7,13 +7,13 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from bodies import foundation_compliance
 from half_thickness import half_thickness
 from scipy.integrate import quad
 
 from wearlab.gears.outline import involute_point, load_angle, root_half_angle
 from wearlab.gears.pairs import gear_pair
 from wearlab.gears.specification import Basics, GearSpec
-from wearlab.mesh.body import foundation_compliance
 from wearlab.mesh.series import ToothFlexibility, tooth_compliance, tooth_flexibility
 from wearlab.mesh.stiffness import yang_sun
 

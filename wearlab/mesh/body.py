@@ -92,29 +92,6 @@ def sainsot_coefficients(bore_ratio: float, root_half_angle: float) -> Array:
     return np.asarray(_TABLE @ powers)
 
 
-def foundation_compliance(gear: Gear, radius: ArrayLike) -> Array:
-    """Return the compliance of the wheel body along the line of action.
-
-    For the whole face width, see :func:`foundation_along`. A ring is outside what the
-    polynomials were fitted to (:func:`foundation_validity` says so;
-    :func:`wearlab.mesh.body.body_compliance` has no such range).
-
-    Parameters
-    ----------
-    gear : the gear
-    radius : (n,) contact radii [m]
-
-    Returns
-    -------
-    (n,) [m/N]
-
-    References
-    ----------
-    Sainsot, Velex & Duverger 2004, Eq. 5.
-    """
-    return foundation_along(gear, line_of_action(gear, radius))
-
-
 def foundation_along(gear: Gear, force: ForceLine) -> Array:
     """Return the compliance of the wheel body along lines of force.
 
@@ -123,7 +100,9 @@ def foundation_along(gear: Gear, force: ForceLine) -> Array:
     the root circle where the line of force crosses the tooth's centre line. Wear moves
     the contact point along its own normal, so u stays ``r_b/cosλ − r_f`` on the line of
     action. It is negative where that line crosses the root circle first, and so is the
-    cross term then. A ring: ``u = r_f − r_b/cosλ`` and ``h_f = r_rim/r_f``.
+    cross term then. A ring: ``u = r_f − r_b/cosλ`` and ``h_f = r_rim/r_f``, outside
+    what the polynomials were fitted to (:func:`foundation_validity` says so;
+    `annulus_along` has no such range).
 
     Parameters
     ----------
@@ -403,25 +382,6 @@ def arc_work(gear: Gear, separation: float) -> Array:
     of_mode_0 = np.diag([compliance.normal[0], 0.0, compliance.shear[0]])
     uniform = (2.0 * theta) ** 2 / 2.0 * of_mode_0
     return np.asarray(gear.root_radius / np.pi * (work.real + uniform))
-
-
-def body_compliance(gear: Gear, radius: ArrayLike) -> Array:
-    """Return the compliance of the annulus along the line of action.
-
-    Parameters
-    ----------
-    gear : the gear
-    radius : (n,) contact radii [m]
-
-    Returns
-    -------
-    (n,) for the whole face width [m/N]
-
-    References
-    ----------
-    Sainsot, Velex & Duverger 2004, for the tractions; clamped at the bore as there.
-    """
-    return annulus_along(gear, line_of_action(gear, radius))
 
 
 def annulus_along(gear: Gear, force: ForceLine) -> Array:

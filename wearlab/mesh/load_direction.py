@@ -103,6 +103,8 @@ class AlongWornNormals(series.InSeries):
         ----------
         wear : (2, n) depths, (driving, driven) [m]
         """
+        if not self.sharing:
+            return super().cross(wear)
         bodies = self._bodies(self._lines(wear))
         return series.shared_compliance(self.sharing, bodies) / self.scale
 
@@ -139,8 +141,9 @@ def along_worn_normals(
     pair : the gears
     grid : the nodes
     """
-    ideal = series.potential_energy(model, pair, grid)
     flat = series.in_plane(pair, model.plane)
+    sharing = series.shared_bodies(model, flat, grid)
+    ideal = series.sharing_bodies(model, pair, grid, sharing)
     return AlongWornNormals(
         hertz=ideal.hertz,
         rest=ideal.rest,
@@ -151,5 +154,5 @@ def along_worn_normals(
         grid=grid,
         foundation=series.BODIES[model.foundation],
         correction=model.correction,
-        sharing=series.shared_bodies(model, flat, grid),
+        sharing=sharing,
     )

@@ -497,6 +497,22 @@ def potential_energy(model: Any, pair: GearPair, grid: profile.ProfileGrid) -> I
     Eq. 16 inverted.
     """
     flat = in_plane(pair, model.plane)
+    return sharing_bodies(model, pair, grid, shared_bodies(model, flat, grid))
+
+
+def sharing_bodies(
+    model: Any, pair: GearPair, grid: profile.ProfileGrid, sharing: Sharing
+) -> InSeries:
+    """Return the flexibilities of a pair that shares bodies with others.
+
+    Parameters
+    ----------
+    model : options of the variant
+    pair : the gears
+    grid : the nodes
+    sharing : what it shares, as of `shared_bodies`
+    """
+    flat = in_plane(pair, model.plane)
     foundation = BODIES[model.foundation]
     teeth = _teeth(flat, grid, shear_factor=model.shear_factor, foundation=foundation)
     bodies = []
@@ -507,7 +523,7 @@ def potential_energy(model: Any, pair: GearPair, grid: profile.ProfileGrid) -> I
     return InSeries(
         hertz=contact_of(model.hertz, pair, grid),
         rest=rest,
-        shared=shared_compliance(shared_bodies(model, flat, grid), rest),
+        shared=shared_compliance(sharing, rest),
         scale=model.scale,
         teeth=teeth,
     )

@@ -62,9 +62,7 @@ class FormulaColumns:
             run_id for run_id in run_ids if (key.name, run_id) not in self._numbers
         ]
         entries = self.catalogue.entries(unread, "sizes")
-        layouts = self.catalogue.layouts(
-            str(entry.layout) for entry in entries.values() if entry.layout
-        )
+        layouts = self._layouts(entries.values())
         for entry in entries.values():
             number = None
             if entry.layout:
@@ -72,27 +70,33 @@ class FormulaColumns:
             self._numbers[key.name, entry.id] = number
         return [self._numbers.get((key.name, run_id)) for run_id in run_ids]
 
-    def all_values(self, name: str, run_id: str) -> list[float] | None:
-        """Return the distinct values of a variable in a run, None where it has none.
+    def all_values(self, name: str, entries: Sequence[Entry]) -> dict[str, list[float]]:
+        """Return the distinct values of a variable by run, of those that have it.
 
         Parameters
         ----------
         name : of the variable
-        run_id : of the run
+        entries : of the runs in the catalogue
         """
-        entry = self.catalogue.entries([run_id], "sizes")[run_id]
-        if not entry.layout:
-            return None
-        layout = self.catalogue.layouts([str(entry.layout)])[str(entry.layout)]
-        if name not in layout["variables"]:
-            return None
-        try:
-            values = self._dataset(entry, layout, [name])[name].values
-        except StoreError as error:
-            self.unreadable[run_id] = str(error)
-            return None
-        distinct: list[float] = np.unique(values).tolist()
+        layouts = self._layouts(entries)
+        distinct = {}
+        for entry in entries:
+            layout = layouts.get(str(entry.layout))
+            if layout is None or name not in layout["variables"]:
+                continue
+            try:
+                values = self._dataset(entry, layout, [name])[name].values
+            except StoreError as error:
+                self.unreadable[entry.id] = str(error)
+                continue
+            distinct[entry.id] = np.unique(values).tolist()
         return distinct
+
+    def _layouts(self, entries: Iterable[Entry]) -> dict[str, dict[str, Any]]:
+        """Return the layouts of runs that have any, by their names."""
+        return self.catalogue.layouts(
+            str(entry.layout) for entry in entries if entry.layout
+        )
 
     def refuse_unknown_places(self) -> None:
         """Refuse a formula that names a place which no run has.

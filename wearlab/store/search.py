@@ -482,12 +482,15 @@ class CatalogueSearch:
         if name + HISTORY in self.numbers:
             dims.discard(description.LIFE)  # each state has extremes of its own
         entries = self.catalogue.entries((run_id for _, run_id in runs), "sizes")
+        unread = [
+            entry
+            for entry in entries.values()
+            if math.prod(entry.sizes.get(dim, 1) for dim in dims) > 2
+        ]
+        read = self.formulas.all_values(name, unread)
         values = []
         for (_, run_id), known in zip(runs, kept, strict=True):
-            sizes = entries[run_id].sizes
-            places = math.prod(sizes.get(dim, 1) for dim in dims)
-            read = self.formulas.all_values(name, run_id) if places > 2 else None
-            values.append(known if read is None else _finite(read))
+            values.append(_finite(read[run_id]) if run_id in read else known)
         return values
 
     def _dims(self, name: str) -> tuple[str, ...]:

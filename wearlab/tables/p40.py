@@ -512,11 +512,12 @@ def _traces(
                 )
             continue
         _require_title(match, kind, f"{file}, line {place + 1}")
-        end = place + 1 + _lines_of_numbers(lines[place + 1 :], int(match["count"]))
+        count = int(match["count"])
+        numbers, end = _numbers_below(lines, place, count)
         if not kind:
             continue
         side = "left" if match["side"].lower() in ("links", "left") else "right"
-        values = _values(lines, place, int(match["count"]), undefined, file)
+        values = _values(numbers, count, undefined, f"{file}, line {place + 1}")
         at = _number(match["at"])
         yield Trace(
             kind,
@@ -528,15 +529,17 @@ def _traces(
         )
 
 
-def _lines_of_numbers(lines: Sequence[str], count: int) -> int:
-    """Return how many lines hold the numbers of a curve, at most so many numbers."""
-    read = 0
-    for place, line in enumerate(lines):
-        numbers = [_number(text) for text in line.split()]
-        if not numbers or None in numbers or read >= count:
-            return place
-        read += len(numbers)
-    return len(lines)
+def _numbers_below(
+    lines: Sequence[str], head: int, count: int
+) -> tuple[list[float], int]:
+    """Return the numbers below the head of a curve, and the line where they end."""
+    read: list[float] = []
+    for place in range(head + 1, len(lines)):
+        numbers = [_number(text) for text in lines[place].split()]
+        if not numbers or None in numbers or len(read) >= count:
+            return read, place
+        read += [number for number in numbers if number is not None]
+    return read, len(lines)
 
 
 def _is_of_a_curve(line: str) -> bool:
@@ -562,32 +565,25 @@ def _require_title(match: re.Match[str], kind: str, place: str) -> None:
 
 
 def _values(
-    lines: Sequence[str], place: int, count: int, undefined: float, file: str
+    numbers: Sequence[float], count: int, undefined: float, place: str
 ) -> Array:
-    """Return the values below the head of a curve, NaN where undefined [µm]."""
+    """Return the values of a curve, NaN where undefined [µm]."""
     if count > MAX_POINTS:
         raise TableError(
-            f"{file}, line {place + 1}: {count} points of one curve: export the "
-            "measurement anew"
+            f"{place}: {count} points of one curve: export the measurement anew"
         )
-    values: list[float] = []
-    below = lines[place + 1 :]
-    for line in below[: _lines_of_numbers(below, count)]:
-        numbers = [_number(text) for text in line.split()]
-        values += [number for number in numbers if number is not None]
-    if len(values) != count:
+    if len(numbers) != count:
         raise TableError(
-            f"{file}, line {place + 1}: {count} values are announced and {len(values)} "
-            "follow: export the measurement anew"
+            f"{place}: {count} values are announced and {len(numbers)} follow: export "
+            "the measurement anew"
         )
-    read = np.array(values)
+    read = np.array(numbers)
     read = np.where(read <= undefined, np.nan, read)
     beyond = np.flatnonzero(np.abs(read) > LARGEST_DEVIATION)
     if beyond.size:
         raise TableError(
-            f"{file}, line {place + 1}: {read[beyond[0]]:g} um is no deviation of a "
-            "flank; the line UNDEFINED says which number means none: export the "
-            "measurement anew"
+            f"{place}: {read[beyond[0]]:g} um is no deviation of a flank; the line "
+            "UNDEFINED says which number means none: export the measurement anew"
         )
     return read
 

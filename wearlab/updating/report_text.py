@@ -3,7 +3,7 @@
 Words: `case.txt`, `fleet.txt`.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -550,11 +550,7 @@ def what_if_tables(tree: xr.DataTree) -> list[FleetTable]:
     ----------
     tree : as `update` returns it
     """
-    predictions = tree["predictions"].to_dataset()
-    if "unit" not in predictions.dims:
-        return []
-    ends, *_ = ends_of(predictions)
-    return scenario_text.scenario_tables(predictions, urgency(predictions), ends)
+    return _of_scenarios(tree, scenario_text.scenario_tables)
 
 
 def what_if_ends(
@@ -566,11 +562,16 @@ def what_if_ends(
     ----------
     tree : as `update` returns it
     """
+    return _of_scenarios(tree, scenario_text.scenario_ends)
+
+
+def _of_scenarios(tree: xr.DataTree, read: Callable[..., list[Any]]) -> list[Any]:
+    """Return what is read of the scenarios of a fleet, nothing of one gear set."""
     predictions = tree["predictions"].to_dataset()
     if "unit" not in predictions.dims:
         return []
     ends, *_ = ends_of(predictions)
-    return scenario_text.scenario_ends(predictions, urgency(predictions), ends)
+    return read(predictions, urgency(predictions), ends)
 
 
 def fleet_about(tree: xr.DataTree) -> str:

@@ -427,8 +427,9 @@ def _slopes(arc: Array, slices: int) -> csr_array:
     rows = np.tile(np.arange(len(step)), 2)
     beside = np.concatenate([behind, ahead])
     half = np.full(len(rows), 0.5)
-    one = csr_array((half, (rows, beside)), (len(of_slice), len(of_slice)))
-    taken = kron(eye_array(slices), one, format="csr")
+    shape = (len(of_slice), len(of_slice))
+    means = csr_array((half, (rows, beside)), shape)
+    taken = kron(eye_array(slices), means, format="csr")
     return csr_array(taken[:-1, :-1] @ slopes)
 
 
