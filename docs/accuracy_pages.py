@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-import papers_pages
+import pictures
 import xarray as xr
 
 from wearlab.accuracy import life, life_curves, study
@@ -184,7 +184,7 @@ def keep(name: str, folder: Path, seconds: float) -> None:
     seconds : processor time of it [s]
     """
     for image in sorted(folder.glob("*.png")):
-        papers_pages.small(image.read_bytes(), IMAGES / f"{name}-{image.name}")
+        pictures.write_small(image.read_bytes(), IMAGES / f"{name}-{image.name}")
 
     with xr.open_dataset(folder / "accuracy.nc") as studies:
         measured: dict[str, Any] = {key: studies.attrs[key] for key in PROVENANCE}
