@@ -2,12 +2,15 @@
 priors, each in one sentence.
 """
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from made import RATE, ErrorModel, history, observed, study
 
 from wearlab.campaign.distributions import read_distribution
 from wearlab.updating.answers import outcome_of
+from wearlab.updating.calendar import Calendar, day_number
 
 SD = 1e-4
 WIDE = {"lognormal": {"median": 1.0, "cov": 14.0}}
@@ -78,3 +81,14 @@ def test_values_are_judged_by_the_error_that_they_show():
         told = outcome_of(study(WIDE, seen, draws=200), (history(seen),)).notes
         said += any("does not come back" in note or "negative" in note for note in told)
     assert said == 0
+
+
+def test_another_pace_of_the_calendar_stands_at_the_top():
+    """Was silent: the limit came months too early, or too late."""
+    day = day_number(["2024-01-01", "2026-06-25"])
+    calendar = Calendar(day, np.array([0.0, 9000.0]), 8000.0)
+    seen = (observed(CYCLES, RATE * CYCLES, ErrorModel(SD)),)
+    asked = replace(study(WIDE, seen, draws=200), calendar=calendar)
+    told = " ".join(outcome_of(asked, (history(seen),)).notes)
+    assert "ran 3,628 hours a year until 2026-06-25" in told
+    assert "write hours_per_year = 3628" in told

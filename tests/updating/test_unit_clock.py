@@ -9,7 +9,7 @@ from conftest import STATIC
 import wearlab as wl
 from wearlab.cli.app import status_of
 from wearlab.updating import UpdateError
-from wearlab.updating.calendar import day_number
+from wearlab.updating.calendar import Calendar, day_number
 from wearlab.updating.cases import studies
 
 TABLE = STATIC.replace('cycle = "cycles"', 'hours = "hours", date = "date"')
@@ -160,3 +160,31 @@ def test_the_command_refuses_with_status_2_and_writes_nothing(tmp_path, monkeypa
     monkeypatch.chdir(tmp_path)
     status = status_of(["update", "clock.toml"])
     assert status == 2 and not list(tmp_path.rglob("*.nc"))
+
+
+def change_after(folder, more, hours_per_year):
+    stated = "[update.calendar]\ndate = 2026-06-25\nhours_per_year = "
+    return study(folder, f"{more}{stated}{hours_per_year}\n").calendar.pace_change
+
+
+@pytest.mark.parametrize("more", ["", BY_DATES])
+def test_another_pace_from_now_on_is_said_and_the_remedy_silences_it(tmp_path, more):
+    """9,000 h between 2022-01-01 and 2026-06-25 are 2,009 h a year."""
+    change = change_after(tmp_path, more, 8000)
+    assert change.until == pytest.approx(9000.0 / 1636.0 * 365.2425)
+    assert (change.day, change.after) == ("2026-06-25", 8000.0)
+    assert change_after(tmp_path, more, 2009) is None
+    assert study(tmp_path, more).calendar.pace_change is None
+
+
+def test_the_pace_is_that_until_the_last_known_day_where_a_record_goes_on(tmp_path):
+    stated = "[update.calendar]\ndate = 2024-05-12\nhours_per_year = 8000\n"
+    made = study(tmp_path, f"{BY_DATES}{stated}", rows=ROWS[:3])
+    change = made.calendar.pace_change
+    assert change.day == "2024-05-12"
+    assert change.until == pytest.approx(5000.0 / 862.0 * 365.2425)
+
+
+def test_one_known_day_has_no_pace():
+    calendar = Calendar(day_number(["2026-06-25"]), np.array([np.nan]), 8000.0)
+    assert calendar.pace_change is None

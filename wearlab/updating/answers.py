@@ -24,6 +24,7 @@ from wearlab.updating import (
 from wearlab.updating.cases import Subject, UpdateError
 from wearlab.updating.data_blocks import Block, Blocks
 from wearlab.updating.lives import Answer
+from wearlab.updating.load_changes import load_change
 from wearlab.updating.robust import applies, robust_answer
 from wearlab.updating.row_checks import RowCheck, odd_rows
 from wearlab.updating.run_curves import RunHistory, Runs
@@ -433,6 +434,8 @@ def _notes(
         "oddities": odd,
         "odd_rows": [_described(blocks[check.block], check) for check in odd_rows],
         "hours": study.record and study.record.excess(a_year),
+        "pace": study.calendar and study.calendar.pace_change,
+        "load_change": load_change(study.record, study.scene),
         "reversed_work": study.record and study.record.reversed_work,
         "steady": _is_taken_as_steady(study, post),
         "no_drift": study.limit.quantity if no_drift else "",

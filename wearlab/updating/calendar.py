@@ -23,6 +23,9 @@ NEVER = "never"
 # of a day, by which hours of a date, or a date to the second, may have been rounded
 # down
 ROUNDING = 5e-5
+# times the hours of a year until now, beyond which those from now on are another pace
+OTHER_PACE = 1.25
+LEAST_DAYS = 30.0  # that are known, between which there is a pace
 
 
 def straight(x: Any, knots: Array, values: Array, rate: float) -> Array:
@@ -51,6 +54,20 @@ def day_text(day: float) -> str:
     )
 
 
+class PaceChange(NamedTuple):
+    """Another pace of operation from a day on.
+
+    Parameters
+    ----------
+    day : the last one that is known
+    until, after : operating hours in a year before and after it
+    """
+
+    day: str
+    until: float
+    after: float
+
+
 class Calendar(NamedTuple):
     """Which day it was after how many operating hours, or cycles.
 
@@ -60,12 +77,14 @@ class Calendar(NamedTuple):
     time : (n,) operating hours then, not falling; NaN: those of the last inspection
     a_year : hours in a year before and after them
     recorded : whether a record of what ran tells them
+    counted_until : day from which hours go on with ``a_year`` [the last of all]
     """
 
     day: Array
     time: Array
     a_year: float
     recorded: bool = False
+    counted_until: float | None = None
 
     @classmethod
     def of(cls, days: Days) -> "Calendar":
@@ -94,6 +113,21 @@ class Calendar(NamedTuple):
         return straight(
             day_number(dates), self.day, self.time, self.a_year / DAYS_A_YEAR
         )
+
+    @property
+    def pace_change(self) -> PaceChange | None:
+        """The paces until the last day that is known and after it, None where alike."""
+        last = float(self.day[-1])
+        if self.counted_until is not None:
+            last = self.counted_until
+        days = last - float(self.day[0])
+        hours = float(np.interp(last, self.day, self.time) - self.time[0])
+        if days < LEAST_DAYS or not hours > 0.0:
+            return None
+        until = hours / days * DAYS_A_YEAR
+        if until / OTHER_PACE <= self.a_year <= until * OTHER_PACE:
+            return None
+        return PaceChange(day_text(last), until, self.a_year)
 
     def in_cycles(
         self, start: float, last_cycle: float, seconds_per_cycle: float

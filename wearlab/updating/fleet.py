@@ -22,6 +22,7 @@ from wearlab.updating.cases import Subject, Subjects
 from wearlab.updating.fleet_inspections import inspection_scores, inspection_table
 from wearlab.updating.fleet_members import FleetMember
 from wearlab.updating.fleet_sheets import sheet_table
+from wearlab.updating.load_changes import load_change
 from wearlab.updating.measurements import UpdateError
 from wearlab.updating.new_parts import FleetParts
 from wearlab.updating.population import Population
@@ -294,6 +295,8 @@ def _notes(parts: FleetParts, fleet: Population, theta: Array) -> list[str]:
         about = {
             "name": unit.name,
             "hours": is_in_service and study.record and study.record.excess(a_year),
+            "pace": is_in_service and study.calendar and study.calendar.pace_change,
+            "load_change": is_in_service and load_change(study.record, study.scene),
             "reversed_work": study.record and study.record.reversed_work,
             "oddities": list(chain(*odd)),
             "ends": is_in_service and unit.run.limit_cycle > last,

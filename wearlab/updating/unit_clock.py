@@ -358,5 +358,6 @@ def _clock_by_days(
         counted=True,
     )
     ahead = a_year or float(hours[-1] / np.ptp(day)) * DAYS_A_YEAR
-    calendar = Calendar(day, hours, ahead, recorded=True)
+    last = float(known_day[-1])
+    calendar = Calendar(day, hours, ahead, recorded=True, counted_until=last)
     return UnitClock(clocked, calendar, calendar)
