@@ -107,7 +107,9 @@ def test_the_report_leads_with_what_contradicts_and_has_a_day_for_each(tree, sto
     page = unescape(report(wl.load(CAMPAIGN), store))
     answer = page.partition('id="answer"')[2].partition("</section>")[0]
     leads = re.findall(r'<p class="lead">(.*?)</p>', answer)
-    assert leads[0].startswith("! G06 at ") and leads[1].startswith("open ")
+    assert leads[0].startswith("! G06 at ")
+    assert leads[1].startswith("! the record of G01, G03, G05 and 3 others ends with")
+    assert leads[2].startswith("open ")
     tables = fleet_tables(tree)
     assert len(tables) == 2 and tables[1][0] in answer
     for row in (row for *_, rows in tables for row in rows):
