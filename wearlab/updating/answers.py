@@ -501,20 +501,18 @@ def oddities(
 
     value = np.where(observed.censored, 0.0, observed.value)
     error = data.error
-    relative = error.relative * value
     count = MANY_SDS if len(observed) <= MANY_VALUES else FEW_SDS
     sds = np.atleast_1d(block.sd.known if sd is None else _evenly(sd, count))
-    parts = (sds[:, None], observed.sd, error.offset_sd, relative)
-    errors = np.linalg.norm(np.broadcast_arrays(*parts), axis=0)
-    negative = np.flatnonzero(_improbable(-value, errors))
+    besides = observed.sd**2 + error.offset_sd**2 + (error.relative * value) ** 2
+    negative = np.flatnonzero(_improbable(-value, besides, sds**2))
     if len(negative):
         yield {"what": "negative", "data": data, "line": observed.row[negative[0]]}
     is_total = observed.place_kind is None and not block.counts_since
     if is_total and not observed.censored.any():
         order = np.argsort(run.points[number].cycle, kind="stable")
-        ordered = errors[:, order]
-        expected = np.hypot(ordered[:, 1:], ordered[:, :-1])
-        falls = np.flatnonzero(_improbable(-np.diff(value[order]), expected))
+        of_two = besides[order][1:] + besides[order][:-1]
+        risen = np.diff(value[order])
+        falls = np.flatnonzero(_improbable(-risen, of_two, 2.0 * sds**2))
         if len(falls):
             is_high, place = _odd_one(value[order], int(falls[0]))
             line = observed.row[order[place]]
@@ -529,19 +527,22 @@ def _evenly(sd: Array, count: int) -> Array:
     return np.asarray(np.quantile(sd, (np.arange(count) + 0.5) / count))
 
 
-def _improbable(amount: Array, errors: Array) -> Flags:
+def _improbable(amount: Array, besides: Array, variances: Array) -> Flags:
     """Return which amounts, (n,), chance alone hardly makes, one of all of them.
 
     Parameters
     ----------
     amount : above 0 by so much
-    errors : standard errors, (sds, n), each row equally probable
+    besides : variance of each besides that of all, (n,)
+    variances : equally probable ones of all, (sds,)
     """
     rare = FALSE_ALARM / max(len(amount), 1)
     # of others not even the smallest of the errors makes them improbable
-    far = norm.isf(rare) * (1.0 - 1e-9) * errors.min(axis=0)
+    smallest = np.sqrt(besides + variances.min())
+    far = norm.isf(rare) * (1.0 - 1e-9) * smallest
     candidates = np.flatnonzero(amount > far)
-    scores = amount[candidates] / np.maximum(errors[:, candidates], 1e-300)
+    errors = np.sqrt(besides[candidates] + variances[:, None])
+    scores = amount[candidates] / np.maximum(errors, 1e-300)
     is_improbable = np.zeros(len(amount), bool)
     is_improbable[candidates] = norm.sf(scores).mean(axis=0) < rare
     return is_improbable
