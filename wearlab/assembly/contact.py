@@ -34,11 +34,16 @@ def contact_flags(
         first, *_, last = analysis.grid.contact_position
         beyond_a = path.A - first
         beyond_e = last - path.E
+        wears = (
+            "the force there wears both flanks (wear_depth_beyond)"
+            if scene.sections.wears_beyond
+            else (
+                "tip corners do not wear, and the force they carry there wears no flank"
+            )
+        )
         yield (
             f"extended contact: pairs may touch up to {1e3 * beyond_a:.3g} mm before A "
-            f"and {1e3 * beyond_e:.3g} "
-            "mm after E; tip corners do not wear, and the force they carry there "
-            "wears no flank"
+            f"and {1e3 * beyond_e:.3g} mm after E; {wears}"
         )
         if max(beyond_a, beyond_e) > (gaps.FURTHEST - mesh.STEP) * kind.pair.base_pitch:
             yield (

@@ -81,7 +81,12 @@ def mesh_kind(
         for number in of_kind
     )
     return coupled.MeshKind(
-        model.analysis, model.law, _patch(scene, setting), of_kind, instants
+        analysis=model.analysis,
+        law=model.law,
+        patch=_patch(scene, setting),
+        meshes=of_kind,
+        when=instants,
+        beyond=model.beyond,
     )
 
 

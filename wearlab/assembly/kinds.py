@@ -10,6 +10,11 @@ from wearlab.gears.gear import GearPair
 from wearlab.mesh import contact, gear_set
 from wearlab.scene import Scene
 from wearlab.wear import films
+from wearlab.wear.beyond import (
+    ContactsBeyond,
+    contacts_beyond,
+    path_of_contacts_beyond,
+)
 from wearlab.wear.law import PreparedLaw
 from wearlab.wear.path import WearPath, wear_path
 
@@ -24,6 +29,7 @@ class MeshKindModel(NamedTuple):
     modification : (2, n) material removed on purpose, (driving, driven) [m]
     path : velocities and radii along the path
     law, film : present parts of the wear law
+    beyond : pairs beyond A and E that wear flanks, None: they wear none
     """
 
     pair: GearPair
@@ -32,6 +38,7 @@ class MeshKindModel(NamedTuple):
     path: WearPath
     law: PreparedLaw | None
     film: films.Film | None
+    beyond: ContactsBeyond | None = None
 
 
 def build_kind(
@@ -58,7 +65,18 @@ def build_kind(
     path = wear_path(pair, position, kind.speed, kind.passes, width)
     path = path._replace(equivalent_radius=path.equivalent_radius / gears.helix.cosine)
     law = build_law(scene, pair, path, flank_temperatures)
-    film = build_film(scene, pair)
+    beyond = None
+    if scene.sections.wears_beyond and analysis.grid.is_beyond.any():
+        path_beyond = path_of_contacts_beyond(pair, analysis.grid, path)
+        law_beyond = build_law(scene, pair, path_beyond, flank_temperatures)
+        if law_beyond is not None:
+            beyond = contacts_beyond(pair, analysis.grid, law_beyond, path)
     return MeshKindModel(
-        pair, analysis, sets.modifications(pair, position), path, law, film
+        pair=pair,
+        analysis=analysis,
+        modification=sets.modifications(pair, position),
+        path=path,
+        law=law,
+        film=build_film(scene, pair),
+        beyond=beyond,
     )

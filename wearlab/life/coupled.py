@@ -24,6 +24,7 @@ from wearlab.mesh import clock, contact, excitations, stages
 from wearlab.mesh.excitation import Between, MeshFlanks, stage_tables
 from wearlab.mesh.force import Deflections
 from wearlab.thermal.balance import HeatState
+from wearlab.wear.beyond import ContactsBeyond
 from wearlab.wear.law import PreparedLaw
 from wearlab.wear.patch import Patch
 
@@ -234,6 +235,9 @@ class KindState(NamedTuple):
     tooth_force : (n_rows, n), one row for loads that know no rows: force on a pair at
         the node [N]
     rate : (2, n) wear depth per cycle, None without a wear law [m]
+    rate_beyond : (2, n) what of it pairs beyond A and E wear off, None: they wear none
+    wear_beyond : (2, n) what of the wear they have worn off in this life, None: they
+        wear none [m]
     """
 
     wear: Array
@@ -243,6 +247,8 @@ class KindState(NamedTuple):
     drive: Array
     tooth_force: Array
     rate: Array | None
+    rate_beyond: Array | None = None
+    wear_beyond: Array | None = None
 
     @property
     def mean_tooth_force(self) -> Array:
@@ -303,6 +309,22 @@ class WearState(NamedTuple):
         """Wear rates of every kind of mesh [m per cycle]."""
         return tuple(kind.rate for kind in self.kind if kind.rate is not None)
 
+    @property
+    def rate_beyond(self) -> Wear | None:
+        """What of the rates pairs beyond A and E wear off, None: they wear none."""
+        rates = tuple(
+            kind.rate_beyond for kind in self.kind if kind.rate_beyond is not None
+        )
+        return rates if len(rates) == len(self.kind) else None
+
+    @property
+    def wear_beyond(self) -> Wear | None:
+        """What of the wear they have worn off in this life, None: they wear none."""
+        depths = tuple(
+            kind.wear_beyond for kind in self.kind if kind.wear_beyond is not None
+        )
+        return depths if len(depths) == len(self.kind) else None
+
 
 class Account:
     """Time spent [s] and work done, for the record of the run."""
@@ -340,6 +362,7 @@ class MeshKind(NamedTuple):
     patch : over which width wear is spread and felt, None: point by point
     meshes : (m,) which meshes of the set are of this kind
     when : when each of these meshes meets its own phase nodes
+    beyond : pairs beyond A and E that wear flanks, None: they wear none
     """
 
     analysis: contact.ContactAnalysis
@@ -347,6 +370,7 @@ class MeshKind(NamedTuple):
     patch: Patch | None
     meshes: Index
     when: tuple[clock.Instants, ...]
+    beyond: ContactsBeyond | None = None
 
     @property
     def is_loaded(self) -> bool:

@@ -26,6 +26,7 @@ from wearlab.life.loads.static import static_forces
 from wearlab.life.planets import PlanetsApart
 from wearlab.mesh import clock, contact, excitation, stiffness
 from wearlab.mesh.force import Deflections, flank_forces
+from wearlab.wear.beyond import ContactsBeyond
 from wearlab.wear.law import PreparedLaw, wear_rate
 from wearlab.wear.touching import TouchingPoints
 
@@ -170,10 +171,40 @@ class Coupling(OneCondition):
         if kind.law is None:
             return kind_state
         if not kind.is_loaded:
-            return kind_state._replace(rate=np.zeros_like(depth))
+            nothing = np.zeros_like(depth)
+            by_pairs_beyond = None if kind.beyond is None else nothing
+            return kind_state._replace(rate=nothing, rate_beyond=by_pairs_beyond)
         of_contacts = averaged_rate(kind.law, kind_state.weight, tooth_force, depth)
         rate = rate_of_flanks(kind, kind.law, kind_state, of_contacts)
-        return kind_state._replace(rate=rate)
+        if kind.beyond is None:
+            return kind_state._replace(rate=rate)
+
+        worn_beyond = self._rate_beyond(
+            kind.beyond, kind_state, loaded.at_rest[number], force
+        )
+        of_all = rate_of_flanks(kind, kind.law, kind_state, of_contacts, worn_beyond)
+        by_pairs_beyond = np.clip(of_all - rate, 0.0, of_all)
+        return kind_state._replace(rate=of_all, rate_beyond=by_pairs_beyond)
+
+    def _rate_beyond(
+        self,
+        beyond: ContactsBeyond,
+        state: KindState,
+        at_rest: contact.Quasistatic,
+        force: loads.Forces,
+    ) -> Array:
+        """Return the rate at which pairs beyond A and E wear flanks, (2, n) [m].
+
+        Of their points of contact, not yet spread over the width of contact.
+        """
+        met = state.flanks.nodes.touching
+        assert met is not None  # wear beyond the path needs whole outlines
+        rows = self.load.of_pairs(state.flanks, at_rest, force)
+        analysis = state.flanks.analysis
+        of_nodes = np.stack([analysis.force_beyond(pairs) for pairs in rows])
+        depth = state.wear[:, beyond.end]
+        rate = averaged_rate(beyond.law, state.weight, of_nodes, depth)
+        return beyond.worn(rate, met[:, analysis.grid.is_beyond])
 
     def _static_forces(
         self, flanks: excitation.MeshFlanks, static: contact.Quasistatic
@@ -307,7 +338,11 @@ class Coupling(OneCondition):
 
 
 def rate_of_flanks(
-    kind: MeshKind, law: PreparedLaw, state: KindState, of_contacts: Array
+    kind: MeshKind,
+    law: PreparedLaw,
+    state: KindState,
+    of_contacts: Array,
+    beyond: Array | None = None,
 ) -> Array:
     """Return the wear rate of flanks from that of contacts, (2, n) [m per cycle].
 
@@ -319,6 +354,8 @@ def rate_of_flanks(
     law : its wear law
     state : its wear state
     of_contacts : (2, n) rate given to the path positions of contacts [m per cycle]
+    beyond : (2, n) rate at which pairs beyond A and E wear the flanks, None: they wear
+        none [m per cycle]
     """
     grid = kind.analysis.grid
     met = state.flanks.nodes.touching
@@ -326,7 +363,10 @@ def rate_of_flanks(
         return _over_patch(kind, state, of_contacts)
 
     touching = TouchingPoints(met[:, grid.on_flank], grid.position, law.path)
-    rate = _over_patch(kind, state, touching.worn(of_contacts))
+    worn = touching.worn(of_contacts)
+    if beyond is not None:
+        worn = worn + beyond
+    rate = _over_patch(kind, state, worn)
     return touching.looking_ahead(rate, of_contacts, float(state.wear.max()))
 
 

@@ -110,6 +110,13 @@ def mixed(states: tuple[WearState, ...], weight: Array) -> WearState:
         kinds = tuple(
             kind._replace(rate=rate) for kind, rate in zip(kinds, rates, strict=True)
         )
+    beyond = [state.rate_beyond for state in states]
+    of_blocks = [rates for rates in beyond if rates is not None]
+    if len(of_blocks) == len(states):
+        kinds = tuple(
+            kind._replace(rate_beyond=mixture(weight, list(rates)))
+            for kind, rates in zip(kinds, zip(*of_blocks, strict=True), strict=True)
+        )
     noise = float(
         np.hypot.reduce(
             [w * state.noise for w, state in zip(weight, states, strict=True)]

@@ -8,10 +8,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from wearlab.arrays import Array
-from wearlab.life import coupled, integrate, limits, step
+from wearlab.life import coupled, integrate, limits, step, wear_beyond
 
 MAX_SAMPLES = 5
 """Accepted states on which the estimates of a life's errors rest."""
+
+KEPT_SHARES = 64
+"""States whose share of wear beyond A and E a rate remembers: those of some steps."""
 
 Memory = tuple[coupled.Responses, float]
 
@@ -29,6 +32,8 @@ class History(NamedTuple):
         own first state
     seconds : (m,) operating time of the states [s], NaN where nothing turns; None: not
         asked for
+    worn_beyond : what pairs beyond A and E have worn off in the end, flat [m], None:
+        they wear nothing
     """
 
     cycle: Array
@@ -37,6 +42,7 @@ class History(NamedTuple):
     sampled: "History | None" = None
     stages: "tuple[History, ...]" = ()
     seconds: Array | None = None
+    worn_beyond: Array | None = None
 
     @property
     def samples(self) -> "History":
@@ -120,6 +126,7 @@ class SetRate:
         self.coupling = coupling.rate_only()
         self.responses: coupled.Responses = ()
         self.noise = 0.0
+        self.beyond: dict[bytes, Array] = {}
         resting = self.coupling.static_only()
         self.still = None if resting is None else SetRate(resting)
 
@@ -130,7 +137,30 @@ class SetRate:
             raise ValueError("a scene without a wear law has no wear rate")
         self.responses = state.responses or self.responses
         self.noise = state.noise
+        self._note_beyond(depth, state)
         return self.coupling.flat(state.rate)
+
+    def _note_beyond(self, depth: Array, state: coupled.WearState) -> None:
+        """Keep what pairs beyond A and E do in the last few states."""
+        share = wear_beyond.share_beyond(self.coupling, state)
+        if share is None:
+            return
+        self.beyond[depth.tobytes()] = share
+        while len(self.beyond) > KEPT_SHARES:
+            del self.beyond[next(iter(self.beyond))]
+
+    def share_beyond(self, depth: Array) -> Array:
+        """Return what share of the rate pairs beyond A and E make, (n_entries,) [1].
+
+        Parameters
+        ----------
+        depth : (n_entries,) of an accepted state [m]
+        """
+        share = self.beyond.get(depth.tobytes())
+        if share is None:  # of a state that another process had reached
+            found = wear_beyond.share_beyond(self.coupling, self.evaluate(depth))
+            share = np.zeros_like(depth) if found is None else found
+        return share
 
     def evaluate(self, depth: Array) -> coupled.WearState:
         """Return the state at depths (n_entries,), from the last orbits."""
@@ -172,6 +202,7 @@ def history(
     snapshots: limits.Snapshots,
     kept_work: float = np.inf,
     max_kept: int | None = None,
+    worn_beyond: Array | None = None,
 ) -> History:
     """Integrate the wear of a gear set to its limit and evaluate every kept state.
 
@@ -185,6 +216,8 @@ def history(
     kept_work : work on states that nobody asked for, beyond which no more of them are
         kept
     max_kept : of these states, None: as many as there are
+    worn_beyond : what pairs beyond A and E have worn off before, flat [m], None:
+        nothing
 
     Notes
     -----
@@ -194,15 +227,19 @@ def history(
     follow, those that spread best over the life.
     """
     rate = SetRate(coupling)
-    rate.responses = coupling.evaluate(wear).responses
+    first = coupling.evaluate(wear)
+    rate.responses = first.responses
     states = _KeptStates(coupling, rate.responses)
+    begun = coupling.flat(wear)
+    beyond = wear_beyond.begun(coupling, first, begun, worn_beyond)
 
     def accepted(node: step.Node) -> None:
         states.add_orbits(node.cycle, rate.responses)
+        if beyond is not None:
+            share = rate.share_beyond(node.depth)
+            beyond.add(node.cycle, node.depth, share)
 
-    life = integration(
-        rate, coupling.flat(wear), snapshots=snapshots, progress=accepted
-    )
+    life = integration(rate, begun, snapshots=snapshots, progress=accepted)
     requested = list(zip(*life.updates(only_snapshots=snapshots.asked), strict=True))
     if max_kept is not None and not snapshots.asked:
         requested = [requested[k] for k in spread_over(len(requested), max_kept)]
@@ -212,7 +249,14 @@ def history(
     states.evaluate(chosen)
     spread = [requested[k] for k in halving(len(requested))]
     states.evaluate(spread, work_limit=coupling.work + kept_work)
-    return states.at(requested)._replace(life=life, sampled=states.at(chosen))
+    found = states.at(requested)._replace(life=life, sampled=states.at(chosen))
+    if beyond is None:
+        return found
+    whole = tuple(
+        beyond.joined_to(coupling, cycle, state)
+        for cycle, state in zip(found.cycle, found.state, strict=True)
+    )
+    return found._replace(state=whole, worn_beyond=beyond.worn[-1])
 
 
 class _KeptStates:

@@ -536,6 +536,19 @@ class ContactAnalysis:
         """Carry pair forces (n_phase_nodes, n_pairs) to the profile nodes (n,) [N]."""
         return self._force_in_contact(force)[self.grid.on_flank]
 
+    def force_beyond(self, force: Array) -> Array:
+        """Carry pair forces (n_phase_nodes, n_pairs) to the nodes beyond A and E [N].
+
+        Parameters
+        ----------
+        force : of the pairs at the phase nodes [N]
+
+        Returns
+        -------
+        (n_beyond,), before A and after E in ascending order
+        """
+        return self._force_in_contact(force)[self.grid.is_beyond]
+
     def _force_in_contact(self, force: Array) -> Array:
         """Carry pair forces (n_phase_nodes, n_pairs) to the touching nodes [N]."""
         nodal = np.empty(len(self.grid.contact_position))

@@ -128,6 +128,13 @@ class ProfileGrid(NamedTuple):
         return slice(self.before, self.before + len(self.position))
 
     @property
+    def is_beyond(self) -> Flags:
+        """Whether touching nodes lie before A or after E, (n_contact,)."""
+        is_beyond = np.ones(len(self.contact_position), bool)
+        is_beyond[self.on_flank] = False
+        return is_beyond
+
+    @property
     def loaded(self) -> Array:
         """Where teeth are loaded when pairs touch: on A–E, (n_contact,) [m]."""
         return np.clip(self.contact_position, self.position[0], self.position[-1])

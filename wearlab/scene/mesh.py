@@ -168,6 +168,11 @@ class OneMesh(options.Part):
         return not (self.coupling.of_elements or self.stiffness.prescribed)
 
     @property
+    def pairs_corners(self) -> bool:
+        """Whether contact tells which points of both flanks meet beyond A and E."""
+        return bool(self.extended_contact) and self.contact.pairs_corners
+
+    @property
     def _corners_known(self) -> bool:
         return not self.stiffness.of_mesh and self.contact.tip_corners
 

@@ -252,6 +252,26 @@ def _extended(scene: sections.Sections, section: Any) -> Problems:
             yield place, f"{whole}, or leave it out"
 
 
+def _beyond_path(scene: sections.Sections, beyond_path: bool) -> Problems:
+    """Wear beyond A and E goes to points of both flanks, which contact must find."""
+    if not beyond_path:
+        return
+    for path, mesh in scene.meshes.items():
+        if not mesh.contact.pairs_corners:
+            yield (
+                "wear.beyond_path",
+                f"{path}.contact = {mesh.contact.chosen!r} does not tell which points "
+                f"meet beyond A and E: give {path}.contact = 'exact', or beyond_path = "
+                "false",
+            )
+        elif not mesh.extended_contact:
+            yield (
+                "wear.beyond_path",
+                "nothing touches beyond A and E without extended contact: leave "
+                f"{path}.extended_contact out, or give beyond_path = false",
+            )
+
+
 def _start(scene: sections.Sections, start: Any) -> Problems:
     members = scene.gears.toothed
     for name in start.replace:
@@ -673,6 +693,7 @@ RULES: tuple[tuple[str, Callable[[sections.Sections, Any], Problems]], ...] = (
     ("wear", _limits),
     ("wear", _back_limits),
     ("wear.initial", _initial),
+    ("wear.beyond_path", _beyond_path),
     ("wear", _projection),
     ("wear", _needs),
     ("gears", _face),

@@ -171,6 +171,22 @@ class Sections(options.Part):
         return None if self.wear is None else self.wear.initial_of(flank)
 
     @property
+    def wears_beyond(self) -> bool:
+        """Whether pairs beyond A and E wear flanks: as stated, or as it is usual."""
+        if self.wear is None or self.wear.beyond_path is None:
+            return self.usually_wears_beyond
+        return self.wear.beyond_path
+
+    @property
+    def usually_wears_beyond(self) -> bool:
+        """Whether pairs beyond A and E wear flanks where nobody says: warm ones do."""
+        return (
+            self.wear is not None
+            and self.thermal is not None
+            and all(mesh.pairs_corners for mesh in self.meshes.values())
+        )
+
+    @property
     def face_keys(self) -> tuple[str, ...]:
         """The keys by which the flanks have a width, () where they have none."""
         keys = [] if self.gears.helix_angle is None else ["gears.helix_angle"]
@@ -215,9 +231,11 @@ class Sections(options.Part):
 
         The coupling of solid teeth was another once: a run of then is none of now. Nor
         is one of helical teeth that are not solid, of the time when these did not bend
-        as oblique ones.
+        as oblique ones. Wear beyond the path is none where it is as usual.
         """
         sections = super().identifying()
+        if self.wear is not None and self.wear.beyond_path == self.usually_wears_beyond:
+            sections["wear"] = self.wear.model_copy(update={"beyond_path": None})
         if not self.face_keys:
             return sections
         solid = {

@@ -35,6 +35,10 @@ class WearSection(options.Part):
     """over the width of contact wear is: taken point by point; spread; spread and felt;
     spread, felt and levelled by the pressure that redistributes inside. Source: Johnson
     1985"""
+    beyond_path: options.Switch | None = None
+    """let pairs that touch before A and after E wear both flanks, at the points that
+    meet there; needs mesh.contact = 'exact' and extended contact [true with [thermal]
+    and these, else false]. Source: Munro, Morrish & Palmer 1999"""
     average_over_contact_width: options.Switch | None = None
     """another word: true for contact_patch = one-way, false for none [as contact_patch
     says]. Source: Archard 1953"""

@@ -6,7 +6,8 @@ from functools import partial
 import numpy as np
 
 from wearlab import assembly
-from wearlab.life import coupled, history, integrate, limits
+from wearlab.arrays import Array
+from wearlab.life import coupled, history, integrate, limits, wear_beyond
 from wearlab.scene import Scene
 from wearlab.simulation.initial_wear import initial_wear
 from wearlab.simulation.operating import OperatingCondition
@@ -90,11 +91,12 @@ def integrate_life(
     first = stages[0]
     wear = initial_wear(scene, first.first, first.coupling)
     if scene.wear is None or (scene.wear.until is None and not scene.operation.stages):
-        state = first.coupling.evaluate(wear)
+        state = wear_beyond.unworn_beyond(first.coupling.evaluate(wear))
         only = history.History(np.zeros(1), (state,))
         return only._replace(stages=(only,), seconds=np.zeros(1))
 
     histories: list[history.History] = []
+    worn_beyond = None
     cycles = 0.0
     seconds = 0.0
     reason = ""
@@ -102,7 +104,7 @@ def integrate_life(
     for stage in stages:
         until, goes_on = _stage_limits(scene, stage, cycles, seconds)
         try:
-            of_stage = _integrated(stage, wear, until, cycles)
+            of_stage = _integrated(stage, wear, until, cycles, worn_beyond)
         except limits.StopWear as stop:
             if not histories:
                 raise
@@ -114,6 +116,7 @@ def integrate_life(
         assert life is not None
 
         wear = stage.coupling.split(life.depth[-1])
+        worn_beyond = of_stage.worn_beyond
         passed = float(life.cycle[-1])
         cycles = cycles + passed
         seconds = seconds + seconds_of(stage, passed)
@@ -147,6 +150,7 @@ def _integrated(
     wear: coupled.Wear,
     until: limits.Limits,
     cycles_before: float,
+    worn_beyond: Array | None,
 ) -> history.History:
     """Return the life of one stage.
 
@@ -166,4 +170,5 @@ def _integrated(
         snapshots=snapshots._replace(cycles=to_come, only=snapshots.asked),
         kept_work=KEPT_SHARE * max_work(scene, parts),
         max_kept=max_kept,
+        worn_beyond=worn_beyond,
     )

@@ -19,6 +19,11 @@ ROOT, FLANK = 0, 1
 PLACES = ("root", "flank")
 SETTLED = 1e-11
 """Miss of the power, over it, at which temperatures have settled."""
+SMALL_STEP = 1e-6
+"""Step of the power, over it, after which the miss of a smooth loss has shrunk."""
+SHRUNK = 0.1
+"""Miss over the last one above which a small step has found noise alone: contact of
+whole outlines is known to some 1e-7 [1]."""
 MAX_EVALUATIONS = 30
 """Evaluations after which bounded powers stand as they are: motions that repeat in no
 period have a loss with noise, and no closer one."""
@@ -178,6 +183,8 @@ def fixed_point(loss: Callable[[float], float], highest: float = np.inf) -> floa
             return power
         if excess > 0.0 and power >= highest:
             raise RunawayPower(power, power + excess)
+        if _is_noise(before, (power, excess)):
+            return power
         bounds[int(excess < 0.0)] = power
         following = _secant(before, (power, excess), bounds)
         before = (power, excess)
@@ -185,6 +192,13 @@ def fixed_point(loss: Callable[[float], float], highest: float = np.inf) -> floa
     if np.isfinite(bounds[1]):
         return before[0]
     raise RunawayPower(before[0], before[0] + excess)
+
+
+def _is_noise(before: tuple[float, float], last: tuple[float, float]) -> bool:
+    """Return whether a small step from a (power, excess) has left its excess."""
+    power, excess = last
+    is_small = abs(power - before[0]) <= SMALL_STEP * power
+    return is_small and abs(excess) > SHRUNK * abs(before[1])
 
 
 def _secant(

@@ -76,8 +76,8 @@ class TouchingPoints(NamedTuple):
             touched = arc + _averaged(touched - arc)
             moved = np.zeros(len(arc))
             area = rate[gear] * length
-            _take_off(area, length, touched, arc, moved)
-            _take_off(-area, length, arc, arc, moved)
+            take_off(area, length, touched, arc, moved)
+            take_off(-area, length, arc, arc, moved)
             change = np.divide(moved, length, out=moved, where=length > 0.0)
             worn[gear] = rate[gear] + change
         return worn
@@ -110,7 +110,7 @@ class TouchingPoints(NamedTuple):
 
 
 @jit(counted=False)
-def _take_off(
+def take_off(
     worn: Array, length: Array, touched: Array, arc: Array, area: Array
 ) -> None:
     """Take what every contact wears off the nodes beside which it passes.

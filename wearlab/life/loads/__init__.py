@@ -63,10 +63,12 @@ class LoadModel(Variant):
         """
         return self
 
-    def at_nodes(
+    def of_pairs(
         self, flanks: "MeshFlanks", static: "Quasistatic", force: Forces
     ) -> Array:
-        """Return the force that wears each node, (n_rows, n) or (1, n) [N].
+        """Return the force on each pair that wears, (n_rows, n_phase_nodes, n_pairs).
+
+        In newtons; one row for loads that know no rows.
 
         Parameters
         ----------
@@ -75,5 +77,17 @@ class LoadModel(Variant):
         force : mesh and pair forces of the response, the static ones as one row without
         """
         raise NotImplementedError(
-            f"{type(self).__name__} has neither build nor at_nodes"
+            f"{type(self).__name__} has neither build nor of_pairs"
         )
+
+    def at_nodes(
+        self, flanks: "MeshFlanks", static: "Quasistatic", force: Forces
+    ) -> Array:
+        """Return the force that wears each node, (n_rows, n) or (1, n) [N].
+
+        Parameters
+        ----------
+        flanks, static, force : as of `of_pairs`
+        """
+        rows = self.of_pairs(flanks, static, force)
+        return np.stack([flanks.analysis.force_at_nodes(pair) for pair in rows])

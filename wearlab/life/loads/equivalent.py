@@ -34,17 +34,17 @@ class EquivalentLoad(LoadModel):
         model._wohler_slope = wohler_slope
         return model
 
-    def at_nodes(
+    def of_pairs(
         self, flanks: "MeshFlanks", static: "Quasistatic", force: Forces
     ) -> Array:
-        """Return one row: the same wherever a phase stands."""
+        """Return one row of pairs under the equivalent load [N]."""
         analysis = flanks.analysis
         equivalent = equivalent_force(
             analysis, force.weight, force.drive, self._wohler_slope
         )
         loads = np.full(len(static.deflection), equivalent)
         state = analysis.quasistatic(flanks.nodes, analysis.at_nodes, loads)
-        return analysis.force_at_nodes(state.force)[None]
+        return state.force[None]
 
 
 def equivalent_force(

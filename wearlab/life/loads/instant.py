@@ -2,8 +2,6 @@
 
 from typing import TYPE_CHECKING, Literal
 
-import numpy as np
-
 from wearlab.arrays import Array
 from wearlab.life.loads import Forces, LoadModel
 
@@ -18,8 +16,8 @@ class InstantLoad(LoadModel):
     model: Literal["instant"] = "instant"
     """when the point is in contact. Source: L16"""
 
-    def at_nodes(
+    def of_pairs(
         self, flanks: "MeshFlanks", static: "Quasistatic", force: Forces
     ) -> Array:
-        """Return the force on a pair at every node, (n_rows, n) [N]."""
-        return np.stack([flanks.analysis.force_at_nodes(pair) for pair in force.pair])
+        """Return the force on each pair, (n_rows, n_phase_nodes, n_pairs) [N]."""
+        return force.pair

@@ -25,11 +25,11 @@ class StaticLoad(LoadModel):
         """Ask nothing."""
         return iter(())
 
-    def at_nodes(
+    def of_pairs(
         self, flanks: "MeshFlanks", static: "Quasistatic", force: Forces
     ) -> Array:
-        """Return the force on a pair at every node, (1, n) [N]."""
-        return flanks.analysis.force_at_nodes(static.force)[None]
+        """Return the static force on each pair, (1, n_phase_nodes, n_pairs) [N]."""
+        return static.force[None]
 
 
 def static_forces(flanks: "MeshFlanks", static: "Quasistatic") -> Forces:

@@ -19,6 +19,8 @@ class ContactModel(Variant):
     slot: ClassVar[Slot] = Slot("mesh.contact", __name__, default="displacement")
     tip_corners: ClassVar[bool] = True
     """Whether it knows what touches beyond A and E."""
+    pairs_corners: ClassVar[bool] = False
+    """Whether it tells which points of both flanks meet there."""
     along_line_of_action: ClassVar[bool] = False
     """Whether flanks meet on the line of action, as flanks with a width must."""
     model_error: ClassVar[str] = ""

@@ -11,10 +11,12 @@ if TYPE_CHECKING:
 class ExactContact(ContactModel):
     """Worn flanks touch where they really meet, off the line of action."""
 
+    pairs_corners: ClassVar[bool] = True
     model_error: ClassVar[str] = (
         "gaps are those of whole outlines, and wear goes to the points that touch: "
         "lives to depths of 0.01 to 0.1 modules of an external pair of steel are "
-        "within 2 % of a brute force; tip corners beyond A and E wear nothing"
+        "within 2 % of a brute force; pairs beyond A and E wear flanks with "
+        "wear.beyond_path alone"
     )
 
     model: Literal["exact"] = "exact"

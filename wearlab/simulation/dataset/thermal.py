@@ -171,10 +171,11 @@ def thermal_flags(
     yield from _assumed(model)
     states = life_history.state
     beyond = max(heat.load_beyond for heat in _heats(states))
-    if beyond > MUCH_BEYOND:
+    if beyond > MUCH_BEYOND and not model.scene.sections.wears_beyond:
         yield (
             f"beyond A and E pairs carry up to {100.0 * beyond:.2g} % of the load: it "
-            "warms the teeth and wears no flank, though it slides most"
+            "warms the teeth and wears no flank, though it slides most "
+            "(mesh.contact = 'exact' lets it: wear.beyond_path)"
         )
     yield from _deep(model, states)
 

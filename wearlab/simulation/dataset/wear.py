@@ -58,6 +58,10 @@ def wear_values(
     if all(state.wears for state in states):
         rates = [np.stack([state.rate[kind] for state in states]) for kind in kinds]
         values["wear_rate"] = by_flank(model, rates, axes)
+    beyond = [state.wear_beyond for state in states if state.wear_beyond is not None]
+    if len(beyond) == len(states):
+        of_kinds = [np.stack(of_kind) for of_kind in zip(*beyond, strict=True)]
+        values["wear_depth_beyond"] = by_flank(model, of_kinds, axes)
     return values
 
 
