@@ -9,6 +9,7 @@ import pytest
 from geometry_refusals import changed
 from scene_refusals import SceneRefusal, build_scene, scene_sites
 from scenes import external_pair, planetary_set
+from thermal_refusals import OF_THERMAL
 
 from wearlab.gears.specification import GearError
 from wearlab.scene import SceneError
@@ -1201,7 +1202,7 @@ OF_WEAR: dict[str, SceneRefusal] = {
     ),
 }
 
-REFUSALS = {**OF_RULES, **OF_OPERATION, **OF_TABLES, **OF_WEAR}
+REFUSALS = {**OF_RULES, **OF_OPERATION, **OF_TABLES, **OF_WEAR, **OF_THERMAL}
 
 
 @pytest.mark.parametrize("site", scene_sites(), ids=lambda site: site.name)

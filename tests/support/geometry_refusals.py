@@ -53,6 +53,7 @@ def sites() -> list[Site]:
 def sites_of(file: Path, wanted: Callable[[str], bool]) -> list[Site]:
     """Return the refusals of a file in functions that are wanted."""
     found: list[Site] = []
+    module = file.parent.name if file.stem == "__init__" else file.stem
     for path, function in _functions(ast.parse(file.read_text("utf-8")), ""):
         texts = [
             text
@@ -61,7 +62,7 @@ def sites_of(file: Path, wanted: Callable[[str], bool]) -> list[Site]:
         ]
         if wanted(path):
             found += [
-                Site(f"{file.stem}.{path}.{number}", _pattern(text, function))
+                Site(f"{module}.{path}.{number}", _pattern(text, function))
                 for number, text in enumerate(texts, 1)
             ]
     return found

@@ -24,17 +24,23 @@ FILES = (
     PACKAGE / "scene" / "start.py",
     PACKAGE / "scene" / "mesh.py",
     PACKAGE / "scene" / "coefficient.py",
+    PACKAGE / "scene" / "thermal.py",
+    PACKAGE / "thermal" / "models" / "__init__.py",
     PACKAGE / "wear" / "measured_profile.py",
     PACKAGE / "assembly" / "errors.py",
+    PACKAGE / "assembly" / "heat.py",
     PACKAGE / "assembly" / "wear_checks.py",
 )
 NO_REFUSALS = (
     "operation.Operation.__getattribute__.1",
     "operation._of_the_set.1",
     "rules._calibrated.3",
+    "heat.tables.1",
+    "heat.tables.2",
+    "heat.tables.3",
 )
-"""A fault of the program itself, a text that has no words of its own there, and what
-only a plug-in's law comes to.
+"""A fault of the program itself, a text that has no words of its own there, what only a
+plug-in's law comes to, and names of tables.
 """
 
 
