@@ -35,12 +35,13 @@ NO_REFUSALS = (
     "operation.Operation.__getattribute__.1",
     "operation._of_the_set.1",
     "rules._calibrated.3",
+    "rules._beyond_path.3",
     "heat.tables.1",
     "heat.tables.2",
     "heat.tables.3",
 )
 """A fault of the program itself, a text that has no words of its own there, what only a
-plug-in's law comes to, and names of tables.
+plug-in's law or load comes to, and names of tables.
 """
 
 

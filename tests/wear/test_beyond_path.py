@@ -10,6 +10,8 @@ from warm_pair import warm_pair
 from wearlab import assembly
 from wearlab.assembly import construction
 from wearlab.life.history import SetRate
+from wearlab.life.loads import LoadModel
+from wearlab.life.loads.static import StaticLoad
 from wearlab.mesh.exact import gaps
 from wearlab.scene import Scene, SceneError
 from wearlab.simulation import simulate
@@ -248,3 +250,20 @@ def test_planets_wear_beyond_as_pairs_do():
     for kind in state.kind:
         assert np.all(kind.rate_beyond <= kind.rate)
         assert kind.rate_beyond.max(axis=1).min() > 0.0
+
+
+def test_a_load_that_knows_nodes_alone_wears_none_beyond(monkeypatch):
+    """As plug-ins have it: nothing wears there, and to ask for it is refused."""
+    monkeypatch.setattr(StaticLoad, "of_pairs", LoadModel.of_pairs)
+    monkeypatch.setattr(
+        StaticLoad,
+        "at_nodes",
+        lambda self, flanks, static, force: flanks.analysis.force_at_nodes(
+            static.force
+        )[None],
+    )
+    run = simulate(warm(wear__until=None, wear__snapshots=None))
+    assert "wear_depth_beyond" not in run
+    with pytest.raises(SceneError, match="does not say the force on each pair"):
+        warm(wear__beyond_path=True)
+    assert warm(wear__beyond_path=False)

@@ -270,6 +270,13 @@ def _beyond_path(scene: sections.Sections, beyond_path: bool) -> Problems:
                 "nothing touches beyond A and E without extended contact: leave "
                 f"{path}.extended_contact out, or give beyond_path = false",
             )
+    load = scene.wear.load if scene.wear is not None else None
+    if load is not None and not load.tells_pairs:
+        yield (
+            "wear.beyond_path",
+            f"wear.load = {load.chosen!r} does not say the force on each pair: let it "
+            "have 'of_pairs', or give beyond_path = false",
+        )
 
 
 def _start(scene: sections.Sections, start: Any) -> Problems:

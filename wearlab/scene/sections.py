@@ -183,6 +183,7 @@ class Sections(options.Part):
         return (
             self.wear is not None
             and self.thermal is not None
+            and self.wear.load.tells_pairs
             and all(mesh.pairs_corners for mesh in self.meshes.values())
         )
 

@@ -63,6 +63,11 @@ class LoadModel(Variant):
         """
         return self
 
+    @property
+    def tells_pairs(self) -> bool:
+        """Whether it says the force on each pair, also of those beyond A and E."""
+        return type(self).of_pairs is not LoadModel.of_pairs
+
     def of_pairs(
         self, flanks: "MeshFlanks", static: "Quasistatic", force: Forces
     ) -> Array:
