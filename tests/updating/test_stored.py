@@ -229,3 +229,13 @@ def test_every_unknown_is_told_after_and_before():
     assert one["after"] == pytest.approx([331.0, 335.0, 340.0, 345.0, 349.0])
     assert one["before"] == pytest.approx([304.0, 320.0, 340.0, 360.0, 376.0])
     assert one["narrowed"] == pytest.approx(np.log(376 / 304) / np.log(349 / 331))
+
+
+def test_an_update_takes_a_file_and_the_path_of_a_store(campaign, store, tree):
+    """As ``wl.run`` and ``wl.plan`` do; was an AttributeError."""
+    again = wl.update(campaign.path, store.path, progress=False)
+    assert again.attrs["id"] == tree.attrs["id"]
+    with pytest.raises(UpdateError, match=r"no \[update\] section"):
+        wl.update(SPUR_50_50, store.path, progress=False)
+    with pytest.raises(TypeError, match="int is no campaign"):
+        wl.update(5, store.path)

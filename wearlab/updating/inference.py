@@ -7,12 +7,15 @@ evidence, with k and the errors integrated out.
 import json
 from collections.abc import Iterable
 from datetime import date
+from os import PathLike
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
 from wearlab.campaign import Campaign
+from wearlab.campaign.coercion import CampaignLike, campaign_of
+from wearlab.runner.plan import store_of
 from wearlab.store import Store, netcdf, updates
 from wearlab.updating import cases, fleet, tree
 from wearlab.updating.case_update import update_case
@@ -35,8 +38,8 @@ With the days on which the limit is reached, where there is a calendar.
 
 
 def update(
-    campaign: Campaign,
-    store: Store,
+    campaign: CampaignLike,
+    store: Store | str | PathLike[str] | None = None,
     *,
     replay: bool = False,
     check: int = 0,
@@ -60,8 +63,10 @@ def update(
 
     Parameters
     ----------
-    campaign : a `Campaign` with a section ``[update]``, such as `load` returns
-    store : the `Store` where runs and updates are kept
+    campaign : with a section ``[update]``: a `Campaign` such as `load` returns, its
+        file, or a mapping like a file
+    store : where runs and updates are kept; made when it does not exist
+        [``WEARLAB_STORE``, else ``wearlab-store``]
     replay : also answer as after every inspection
     check : number of synthetic twins of this study that are put through the same code
     today : the day from which what is overdue is judged, where there is a calendar
@@ -78,8 +83,11 @@ def update(
     Raises
     ------
     UpdateError : nothing was measured, a file cannot be read, or no run has data
+    CampaignError : the file or the mapping is wrong
     StoreError : the store cannot be read or written
     """
+    campaign = campaign_of(campaign)
+    store = store_of(store)
     studies = cases.studies(campaign, today)
     stored = stored_update(studies, store, replay=replay, check=check)
     if stored is not None:
