@@ -42,7 +42,12 @@ class Worn:
         self.work += 100
         rate = np.linspace(1.0, 2.0, 10) * np.exp(-wear / 3e-6) * 1e-12
         return SimpleNamespace(
-            wear=wear, rate=rate, wears=True, responses=(), noise=0.0
+            wear=wear,
+            rate=rate,
+            rate_beyond=None,
+            wears=True,
+            responses=(),
+            noise=0.0,
         )
 
 
