@@ -109,3 +109,21 @@ def test_tables_are_straight_between_and_end():
 def test_what_is_no_table(temperature, value, match):
     with pytest.raises(ValueError, match=match):
         check_table(temperature, value)
+
+
+@pytest.mark.parametrize("noise", [1e-9, 1e-7, 1e-6])
+def test_a_loss_with_noise_settles_within_it(noise):
+    """Contact of whole outlines has some: thirty looks, or a division by zero before.
+
+    The loss jumps down where it meets the power, so that no power is its own loss.
+    """
+    looked_at = []
+
+    def loss(power):
+        looked_at.append(power)
+        jump = noise if power < 5.0 else -noise
+        return 5.0 + 0.01 * (power - 5.0) + jump
+
+    assert fixed_point(loss) == pytest.approx(5.0, abs=3.0 * noise)
+    assert len(looked_at) <= 10
+    assert looked_at[-1] == pytest.approx(5.0, abs=3.0 * noise)
