@@ -23,6 +23,7 @@ from typing import Any, NamedTuple
 
 from drawn_scenes import draw_any, small_scenes
 from estimate_score import QUANTITIES, TIGHT, TOO_LONG, Apart, Score, score
+from face_score import score_over_face
 from processor_time import limit_work
 
 from wearlab.scene import Scene
@@ -34,6 +35,7 @@ COLUMNS = (
     "kind",
     "motion",
     "friction",
+    "face",
     "outcome",
     "quality",
     "seconds",
@@ -90,7 +92,8 @@ def scored(
         told(run["quality"], run["run_seconds"])
 
     try:
-        cells = {"outcome": SCORED, **_cells(score(scene, reference_begins, longest))}
+        judged = score_over_face if scene.face_keys else score
+        cells = {"outcome": SCORED, **_cells(judged(scene, reference_begins, longest))}
     except Apart as apart:
         cells = {"outcome": str(apart)}
     except Exception as error:  # a defect of one scene does not cost the others
@@ -109,6 +112,7 @@ def _names(seed: int, number: int) -> Row:
         "kind": scene.gears.kind,
         "motion": "still" if motion is None else str(getattr(motion, "model", "")),
         "friction": "no" if motion is None or motion.friction is None else "yes",
+        "face": "yes" if scene.face_keys else "no",
     }
 
 

@@ -16,13 +16,14 @@ from processor_time import OutOfTime, bounded
 from wearlab.assembly import GearModel
 from wearlab.dynamics.forces.mesh_forces import extremes
 from wearlab.gears.specification import GearError
-from wearlab.life.coupled import Wear
+from wearlab.life.coupled import Wear, WearState
 from wearlab.mesh.profile import ProfileGrid
 from wearlab.scene import Scene
 from wearlab.simulation import Refused, simulate
 from wearlab.simulation.companion_runs import carried
 from wearlab.simulation.dataset.dynamics import phase_forces
 from wearlab.simulation.dataset.errors import TRUSTED
+from wearlab.simulation.dataset.mesh_period import contact_over_period
 from wearlab.simulation.dataset.validity import ENDS_OF_WORK
 from wearlab.simulation.estimates import Estimates, estimated
 from wearlab.simulation.life_run import integrate_life
@@ -38,7 +39,14 @@ TOO_LONG = "too long"
 SHORT, REPEATS = 0.5, 3
 """A run that takes less [s] is timed so often: a busy machine may stretch either part
 of it."""
-QUANTITIES = ("wear_depth", "life", "mesh_force", "mesh_force_max")
+QUANTITIES = (
+    "wear_depth",
+    "life",
+    "mesh_force",
+    "mesh_force_max",
+    "mesh_force_range",
+    "transmission_error",
+)
 Pair = tuple[float, float]
 
 
@@ -47,9 +55,10 @@ class Score(NamedTuple):
 
     Parameters
     ----------
-    wear_depth, life, mesh_force, mesh_force_max : (true error, estimate) [m], [1], [N];
-        None: the run has no such thing. An error is infinite where the reference
-        responds otherwise.
+    wear_depth, life, mesh_force, mesh_force_max, mesh_force_range,
+    transmission_error : (true error, estimate) [m], [1], [N], [N], [N], [m]; None: the
+        run has no such thing. An error is infinite where the reference responds
+        otherwise.
     cost : time spent on the estimates over the time of everything else in the run [1]
     trusted : whether the run says that its estimates are as usual
     reference : tolerance of the reference [1]
@@ -62,6 +71,8 @@ class Score(NamedTuple):
     trusted: bool = True
     mesh_force_max: Pair | None = None
     reference: float = TIGHT
+    mesh_force_range: Pair | None = None
+    transmission_error: Pair | None = None
 
 
 class Apart(Exception):
@@ -78,7 +89,8 @@ class Truth(NamedTuple):
     wear, rate : of every kind of mesh, each (2, n) [m], [m per cycle]
     grids : nodes of every kind of mesh
     force : at every error angle, (n_mesh, n_periods, n_phases) [N]
-    largest : at every error angle, (n_mesh,) [N]
+    largest, least : at every error angle, (n_mesh,) [N]
+    transmission_error : largest value, and peak to peak, (2, n_mesh) [m]
     period : of the response at every error angle, 0 where it does not repeat
     tolerance : [1]
     own : its own estimated errors, None for the tightest
@@ -91,6 +103,8 @@ class Truth(NamedTuple):
     grids: list[ProfileGrid]
     force: list[Array]
     largest: Array
+    least: Array
+    transmission_error: Array
     period: list[int]
     tolerance: float = TIGHT
     own: Estimates | None = None
@@ -131,10 +145,30 @@ def reference(scene: Scene, cycle: float, tolerance: float = TIGHT) -> Truth:
             for one in last.responses
         ],
         np.array([extremes(one).largest for one in last.responses]),
+        np.array([extremes(one).least for one in last.responses]),
+        _transmission_errors(stage.first, last),
         [one.period for one in last.responses],
         tolerance,
         None if tolerance == TIGHT else estimated(stage, lived),
     )
+
+
+def _transmission_errors(model: GearModel, state: WearState) -> Array:
+    """Return largest transmission error and peak to peak of every mesh, (2, n) [m]."""
+    columns = []
+    for number, mesh in enumerate(model.meshes):
+        flanks = state.flanks[mesh.kind]
+        constant = model.constant_error[number]
+        contact = contact_over_period(
+            flanks.analysis,
+            flanks.nodes,
+            mesh.lag,
+            lambda phase, mesh=mesh, constant=constant: (  # type: ignore[misc]
+                mesh.error.value(phase) + constant
+            ),
+        )
+        columns.append([contact.largest_error, contact.peak_to_peak])
+    return np.transpose(columns)
 
 
 def reference_within(scene: Scene, cycle: float, longest: float) -> Truth:
@@ -207,6 +241,8 @@ def score(
         trusted,
         _largest(data, truth) if "mesh_force_max" in data else None,
         truth.tolerance,
+        _range(data, truth) if "mesh_force_max" in data else None,
+        _transmission_error(data, truth),
     )
 
 
@@ -265,14 +301,31 @@ def _force(data: xr.Dataset, truth: Truth) -> Pair:
 
 def _largest(data: xr.Dataset, truth: Truth) -> Pair:
     """Return the largest difference of the largest mesh forces."""
-    last = data.mesh_force_max.isel(update=-1)
-    found = (
-        last.values.T
-        if "error_angle" in last.dims and last.dims[0] == "mesh"
-        else last.values
-    )
-    missed = float(np.abs(np.atleast_2d(found) - truth.largest).max())
+    missed = float(np.abs(_last(data, "mesh_force_max") - truth.largest).max())
     return missed, float(data.error_estimate_mesh_force_max[-1])
+
+
+def _range(data: xr.Dataset, truth: Truth) -> Pair:
+    """Return the largest difference of largest less least mesh force."""
+    found = _last(data, "mesh_force_max") - _last(data, "mesh_force_min")
+    missed = float(np.abs(found - (truth.largest - truth.least)).max())
+    of_ends = (data.error_estimate_mesh_force_max, data.error_estimate_mesh_force_min)
+    return missed, float(sum(estimate[-1] for estimate in of_ends))
+
+
+def _last(data: xr.Dataset, name: str) -> Array:
+    """Return a quantity of meshes in the last state, (n_angles, n_mesh)."""
+    last = data[name].isel(update=-1)
+    turned = "error_angle" in last.dims and last.dims[0] == "mesh"
+    return np.atleast_2d(last.values.T if turned else last.values)
+
+
+def _transmission_error(data: xr.Dataset, truth: Truth) -> Pair:
+    """Return the largest difference of largest transmission error and peak to peak."""
+    last = data.isel(update=-1)
+    found = np.stack([last.ste_max.values, last.ste_peak_to_peak.values])
+    missed = float(np.abs(found - truth.transmission_error).max())
+    return missed, float(data.error_estimate_transmission_error[-1])
 
 
 def _differ(found: xr.DataArray, true: Array) -> float:

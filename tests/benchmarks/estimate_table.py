@@ -47,11 +47,18 @@ APART = {
     "reference refused": "apart: the reference is refused with a reason",
     "refused": "apart: the scene is refused with a reason",
 }
-UNITS = {"wear_depth": "m", "life": "1", "mesh_force": "N", "mesh_force_max": "N"}
-DISPLAY = UNITS | {"wear_depth": "um"}
+UNITS = {
+    "wear_depth": "m",
+    "life": "1",
+    "mesh_force": "N",
+    "mesh_force_max": "N",
+    "mesh_force_range": "N",
+    "transmission_error": "m",
+}
+DISPLAY = UNITS | {"wear_depth": "um", "transmission_error": "um"}
 TIME = "run_seconds"
-ALL, FRICTION = "all", "with friction"
-GROUPS = (ALL, *KINDS, FRICTION, DOUBTFUL)
+ALL, FRICTION, OVER_FACE = "all", "with friction", "with a face"
+GROUPS = (ALL, *KINDS, OVER_FACE, FRICTION, DOUBTFUL)
 """What is scored together; runs that say their estimates are doubtful count in the last
 alone."""
 
@@ -60,9 +67,12 @@ def belongs(row: Row, group: str) -> bool:
     """Whether a scene is counted in a group."""
     if (row.get("quality") == DOUBTFUL) != (group == DOUBTFUL):
         return False
-    return group in (ALL, DOUBTFUL, row["kind"]) or (
-        group == FRICTION and row.get("friction") == "yes"
-    )
+    over_face = row.get("face") == "yes"
+    if group == OVER_FACE:
+        return over_face
+    if group == FRICTION:
+        return row.get("friction") == "yes"
+    return group in (ALL, DOUBTFUL) or (group == row["kind"] and not over_face)
 
 
 def scores_of(rows: Sequence[Row], group: str | None = None) -> list[Score]:

@@ -2,7 +2,8 @@
 reference.
 
 ``python tests/benchmarks/estimates.py --seed N [--scenes 300] [--workers N] OUT`` draws
-scenes: of 25, thirteen spur pairs, six internal pairs and six planetary sets in motion.
+scenes: of 25, seven spur pairs, six internal pairs, six planetary sets in motion, which
+have errors, and six gears of any kind with a face.
 What each run estimates of its own errors is set beside its errors against a reference
 to 1e-5; ``estimates.csv``, ``estimates.nc`` and ``estimates.png`` go to the folder OUT.
 Rows are kept one by one: cut off, the command prints what it has; asked again, it goes

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from estimate_score import reference
 from scenes import CAMPAIGNS, VIBRATING_PAIR
 
 from wearlab.accuracy.reference import second_method
@@ -14,7 +15,7 @@ from wearlab.assembly import build
 from wearlab.campaign import load
 from wearlab.dynamics.steady.periodic import Periodic
 from wearlab.scene import Scene
-from wearlab.simulation import simulate
+from wearlab.simulation import companion_runs, simulate
 from wearlab.simulation.companion_runs import error_of_largest
 
 pytestmark = pytest.mark.usefixtures("alone")
@@ -117,3 +118,48 @@ def test_a_misread_table_is_seen(
     run = simulate(scene)
     missed = abs(float(run.mesh_force_max[-1, 0]) - truth)
     assert 1e-5 * truth < missed <= float(run.error_estimate_mesh_force_max[-1])
+
+
+def test_extremes_of_worn_sets_are_told_within_a_few_times_their_error() -> None:
+    """Rougher twins told 12 times the error in the median, and up to 450 times."""
+    drawn = load(CAMPAIGNS / "planetary_excitation.toml").cases[0].scene
+    random = np.random.default_rng(611)
+    ratios = []
+    for _ in range(4):
+        torque, speed, depth = random.uniform([30.0, 300.0, 5.0], [180.0, 2500.0, 50.0])
+        scene = drawn.replace("operation.torque", f"{torque} N*m")
+        scene = scene.replace("operation.speed", f"{speed} rpm")
+        scene = scene.replace("mesh.damping_ratio", float(random.uniform(0.03, 0.12)))
+        scene = scene.replace("wear.until.depth", f"{depth} um")
+        scene = scene.replace("wear.snapshots", None)
+
+        last = simulate(scene).isel(update=-1)
+        truth = reference(scene, float(last.cycle), 1e-4)
+        largest = float(np.abs(last.mesh_force_max.values - truth.largest[0]).max())
+        least = float(np.abs(last.mesh_force_min.values - truth.least[0]).max())
+        told_largest = float(last.error_estimate_mesh_force_max)
+        told_least = float(last.error_estimate_mesh_force_min)
+        assert largest <= told_largest
+        assert least <= told_least
+        ratios += [told_largest / largest, told_least / least]
+    assert np.median(ratios) < 10.0
+    assert max(ratios) < 100.0
+
+
+def test_twins_of_sets_that_cannot_be_finer_are_rougher(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    base = load(CAMPAIGNS / "planetary_excitation.toml").cases[0].scene
+    scene = base.replace("wear.until.depth", "2 um").replace("wear.snapshots", None)
+    finer = simulate(scene)
+    monkeypatch.setattr(
+        companion_runs,
+        "finer_twins_of",
+        lambda parts, lived: [None] * len(lived.samples.state),
+    )
+    rougher = simulate(scene)
+    assert np.isfinite(rougher.error_estimate_mesh_force_max).all()
+    assert (
+        rougher.error_estimate_mesh_force_max != finer.error_estimate_mesh_force_max
+    ).any()
+    np.testing.assert_array_equal(rougher.wear_depth, finer.wear_depth)

@@ -123,9 +123,15 @@ def test_what_is_promised_and_not_kept_is_said():
     assert "60 s" in estimate_table.missed([row(7, "aperiodic", run_seconds=61.0)])[0]
 
 
-def test_a_quarter_is_internal_and_a_quarter_planetary_in_motion():
-    kinds = [draw_any(77, number).gears.kind for number in range(25)]
-    assert [kinds.count(kind) for kind in KINDS] == [13, 6, 6]
+def test_a_quarter_is_internal_a_quarter_planetary_with_errors_a_quarter_has_a_face():
+    scenes = [draw_any(77, number) for number in range(25)]
+    over_face = [scene for scene in scenes if scene.face_keys]
+    assert len(over_face) == 6
+    others = [scene for scene in scenes if not scene.face_keys]
+    kinds = [scene.gears.kind for scene in others]
+    assert [kinds.count(kind) for kind in KINDS] == [7, 6, 6]
+    sets = [scene for scene in others if scene.gears.kind == "planetary"]
+    assert all(scene.errors is not None for scene in sets)
     assert (
         draw_any(77, 9).id
         == draw_any(77, 9).id

@@ -91,6 +91,12 @@ class CompanionErrors(NamedTuple):
         return sum(state is None or None in state.worse for state in self.worn)
 
     @property
+    def is_moving_set(self) -> bool:
+        """Whether several meshes move together."""
+        parts = self.stage.first
+        return parts.vibration is not None and len(parts.meshes) > 1
+
+    @property
     def driven(self) -> list[tuple[wear_off.WornFurther, Array]]:
         """States at which a wear law drives the error, and its change of the rate."""
         states = (state for state in self.worn if state is not None)
@@ -121,12 +127,15 @@ def estimated(
     `force_errors`. A state whose rougher twin responds otherwise counts as its
     neighbours do. Without any twin, less rough ones serve; without those there is no
     estimate, except of wear by averages over aperiodic responses. Where forces would be
-    off by more than `LARGE` of the largest, finer twins are asked.
+    off by more than `LARGE` of the largest, finer twins are asked, and for the forces
+    of sets at once.
     """
     with stage.first.coupling.account.timed("estimates"):
         compared = _compared(stage, life_history, companion_runs.twins_of, inherited)
-        force = _forces(compared)
-        if _loudest(life_history, force) > LARGE:
+        force = _forces_of_set(compared, inherited)
+        if force is None:
+            force = _forces(compared)
+        if not compared.is_moving_set and _loudest(life_history, force) > LARGE:
             closer = _compared(
                 stage, life_history, companion_runs.finer_twins_of, inherited
             )
@@ -347,6 +356,23 @@ def _share_of_steps(life: Life, entries: Flags) -> float:
     anywhere = float(np.abs(life.depth_error).max(initial=0.0)) + life.scatter
     there = float(np.abs(life.depth_error[entries]).max(initial=0.0)) + life.scatter
     return there / anywhere if anywhere > 0.0 else 1.0
+
+
+def _forces_of_set(
+    compared: CompanionErrors, inherited: float
+) -> tuple[companion_runs.ForceErrors, ...] | None:
+    """Return the errors of the forces of a set in motion by finer twins.
+
+    Where many meshes step in turn, half the nodes change the extremes of a force by
+    much more than four times the error. None for pairs, and where a state has no finer
+    twin.
+    """
+    if not compared.is_moving_set:
+        return None
+    finer = _compared(
+        compared.stage, compared.life_history, companion_runs.finer_twins_of, inherited
+    )
+    return None if finer.missing else _forces(finer)
 
 
 def _forces(compared: CompanionErrors) -> tuple[companion_runs.ForceErrors, ...] | None:

@@ -105,10 +105,15 @@ def _vertex(b: float, c: float) -> float:
 MAX_ANSWERS, CLOSE = 10, 0.05
 """Most rates that one step asks for, and the residual over the drive at which it asks
 for no more."""
+CLOSE_OF_FINER = 0.2
+"""The same of finer twins, whose rates take longer [1]."""
 
 
 def levelled(
-    drive: Array, step: float, answer: Callable[[Array], Array | None]
+    drive: Array,
+    step: float,
+    answer: Callable[[Array], Array | None],
+    close: float = CLOSE,
 ) -> Array:
     """Return the error at the end of an implicit step, by a Krylov method.
 
@@ -123,6 +128,7 @@ def levelled(
     step : ΔN [1]
     answer : what an error (n,) [m] changes of the rate (n,) [m per cycle], None where
         it cannot be told
+    close : residual over the drive at which no more is asked [1]
     """
     size = float(np.abs(drive).max(initial=0.0))
     answers = True
@@ -139,7 +145,7 @@ def levelled(
     if size == 0.0:
         return drive
     system = LinearOperator((len(drive), len(drive)), matvec=product, dtype=np.float64)
-    error, _ = gmres(system, drive, rtol=CLOSE, restart=MAX_ANSWERS, maxiter=1)
+    error, _ = gmres(system, drive, rtol=close, restart=MAX_ANSWERS, maxiter=1)
     return np.asarray(error) if answers and float(np.abs(error).max()) < size else drive
 
 
@@ -201,7 +207,12 @@ def _next(twin: Rougher, stepping: float, previous: WornFurther | None) -> WornF
     off = _further(twin, error, stepping)
     worse = _worn_by(twin, off)
     if _is_levelled(twin, step, error, off, _answer(twin, worse)):
-        error = levelled(error, step, lambda off: _answer(twin, _worn_by(twin, off)))
+        error = levelled(
+            error,
+            step,
+            lambda off: _answer(twin, _worn_by(twin, off, rate_only=True)),
+            CLOSE_OF_FINER if twin.is_finer else CLOSE,
+        )
         levelled_worse = _worn_by(twin, _further(twin, error, stepping))
         worse = worse if None in levelled_worse else levelled_worse
     return WornFurther(twin, error, worse)
@@ -238,8 +249,13 @@ def _further(joint: Rougher, error: Array, stepping: float) -> Array:
     )
 
 
-def _worn_by(joint: Rougher, off: Array) -> tuple[coupled.WearState | None, ...]:
-    """Return the twins worn by so much further, None where one responds otherwise."""
+def _worn_by(
+    joint: Rougher, off: Array, *, rate_only: bool = False
+) -> tuple[coupled.WearState | None, ...]:
+    """Return the twins worn by so much further, None where one responds otherwise.
+
+    Where the rate alone is asked, without the responses that it does not need.
+    """
     if not np.isfinite(off).all():
         return (None,) * len(joint.conditions)
     if not off.any():
@@ -250,6 +266,6 @@ def _worn_by(joint: Rougher, off: Array) -> tuple[coupled.WearState | None, ...]
     ]
     companions = zip(joint.conditions, worn, strict=True)
     return tuple(
-        alike(twin.parts, wear, twin.state.responses, twin.state)
+        alike(twin.parts, wear, twin.state.responses, twin.state, rate_only=rate_only)
         for twin, wear in companions
     )
