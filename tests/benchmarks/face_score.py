@@ -68,9 +68,13 @@ def score_over_face(
 def _reference(scene: Scene, cycle: float, longest: float) -> xr.Dataset:
     """Return the state at a cycle on finer slices and nodes."""
     fine = scene.replace(FINE).replace("wear.until.cycles", cycle)
-    for key in ("wear.until.flank", "wear.until.depth"):
-        fine = fine.replace(key, None)
-    fine = fine.replace("wear.snapshots", None)
+    assert scene.wear is not None
+    until = scene.wear.until
+    for name in ("flank", "depth"):
+        if getattr(until, name) is not None:
+            fine = fine.replace(f"wear.until.{name}", None)
+    if scene.wear.snapshots is not None:
+        fine = fine.replace("wear.snapshots", None)
     try:
         with bounded(longest):
             run = simulate(fine)

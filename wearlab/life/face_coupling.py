@@ -35,6 +35,16 @@ class FaceState(NamedTuple):
     rate: Array | None
     flanks: FaceFlanks | None = None
 
+    @property
+    def rate_beyond(self) -> None:
+        """No wear by pairs beyond the path: a face is worn on it alone."""
+        return None
+
+    @property
+    def wear_beyond(self) -> None:
+        """None of the wear is of pairs beyond the path."""
+        return None
+
 
 class FaceKind(NamedTuple):
     """One kind of mesh whose flanks have a width.
