@@ -342,5 +342,9 @@ def _moving(
     elif drawn < 0.45 and len(members) == 2:
         table["errors"] = {members[0]: {"total_composite": f"{amplitude} um"}}
     elif len(members) > 2:
-        table["errors"] = {members[1]: {"total_composite": f"{amplitude} um"}}
+        table["errors"] = {
+            "harmonic": [
+                {"order": order, "amplitude": f"{amplitude} um", "mesh": "planet-ring"}
+            ]
+        }
     return table
