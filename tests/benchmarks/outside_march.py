@@ -192,7 +192,7 @@ class Outside:
             self.coupling.kinds, wear, forces, self.pointwise(forces), strict=True
         )
         for kind, depth, force, fed in each:
-            patch = kind.patch
+            patch = kind.patch.made
             n = depth.size
             contact = np.clip(force / patch.reference, 0.0, patch.largest)
             levels = np.stack(

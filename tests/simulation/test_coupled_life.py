@@ -44,7 +44,7 @@ def marched(parts):
         state = coupling.evaluate(coupling.split(np.maximum(flat, 0.0)), orbit)
         found = []
         for kind, one in zip(coupling.kinds, state.kind, strict=True):
-            patch = kind.patch
+            patch = kind.patch.made
             force = one.mean_tooth_force
             contact = np.clip(force / patch.reference, 0.0, patch.largest)
             pointwise = wear_rate(kind.law, force).ravel()

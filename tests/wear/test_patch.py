@@ -6,10 +6,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scenes import CAMPAIGNS
 from scipy.integrate import quad
 from scipy.sparse import block_diag
 from scipy.special import eval_chebyt, jv
 
+from wearlab.assembly import build
+from wearlab.campaign import load
 from wearlab.wear.levelling import (
     FIRST_ORDER,
     Ahead,
@@ -390,3 +393,25 @@ def test_slopes_pass_nodes_at_one_place():
         slopes = _slopes(place, slices) @ np.tile(place, slices)
         within = np.delete(slopes, np.arange(len(place) - 1, len(slopes), len(place)))
         assert within == pytest.approx(1.0, rel=1e-9)
+
+
+def test_a_trial_of_a_temperature_makes_nothing_that_levels(monkeypatch):
+    """Contact feels the patch; what levels is made for the wear rate alone."""
+    made = []
+    monkeypatch.setattr(
+        "wearlab.wear.levelling.squares",
+        lambda *given: made.append(given) or squares(*given),
+    )
+    scene = load(CAMPAIGNS / "steel_on_pom.toml").cases[0].scene
+    coupling = build(scene.replace("numerics.profile_points", 31)).coupling
+    trials = []
+    at = type(coupling).at
+    monkeypatch.setattr(
+        type(coupling),
+        "at",
+        lambda self, temperature: trials.append(temperature) or at(self, temperature),
+    )
+    made.clear()
+    coupling.evaluate(coupling.unworn())
+    assert len(trials) > 2
+    assert len(made) == 1

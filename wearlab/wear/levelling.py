@@ -33,6 +33,7 @@ Source: Johnson, Contact Mechanics (1985) §2.7, and Appendix 1 for the integral
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -41,12 +42,15 @@ from scipy.sparse.linalg import SuperLU, splu
 
 from wearlab.arrays import Array, Flags, Index
 from wearlab.gears.specification import GearError
+from wearlab.wear.law import PreparedLaw, wear_rate
 from wearlab.wear.patch import (
+    PatchSetting,
     TwoWay,
     ascending,
     effective_wear_matrix,
     remembered,
     spread_matrix,
+    two_way,
 )
 from wearlab.wear.path import WearPath
 
@@ -108,7 +112,7 @@ def squares(half_width: Array, path: WearPath) -> Squares:
     Johnson 1985, §2.7 and Appendix 1.
     """
     rows = np.atleast_2d(half_width)
-    _require_memory(rows, path)
+    require_memory(rows, path)
     last_order = max_orders(rows, path)
     blocks = list[tuple[Array, ...]]()
     order = np.arange(FIRST_ORDER, last_order + 1)[:, None]
@@ -159,12 +163,23 @@ def bytes_of_squares(half_width: Array, path: WearPath) -> float:
     return float(of_squares + BYTES_OF_A_TERM * terms)
 
 
-def _require_memory(half_width: Array, path: WearPath) -> None:
-    """Refuse squares that would fill the memory: they grow by the cube of the nodes."""
-    needed = bytes_of_squares(half_width, path)
+def require_memory(half_width: Array, path: WearPath) -> None:
+    """Refuse squares that would fill the memory: they grow by the cube of the nodes.
+
+    Parameters
+    ----------
+    half_width : (n,), over a face (n_face, n), of the contacts at the nodes [m]
+    path : the path of contact
+
+    Raises
+    ------
+    GearError : they would
+    """
+    rows = np.atleast_2d(half_width)
+    needed = bytes_of_squares(rows, path)
     if needed <= MAX_BYTES:
         return
-    nodes = half_width.shape[1]
+    nodes = rows.shape[1]
     fewer = int(0.95 * nodes * (MAX_BYTES / needed) ** (1 / 3))
     raise GearError(
         f"numerics.profile_points: {nodes} nodes along the profile, with contacts up "
@@ -570,3 +585,49 @@ def elastic(
         largest,
         Ahead(matrix, fastest, len(path.equivalent_radius)),
     )
+
+
+@dataclass(frozen=True)
+class LazyElastic:
+    """An elastic patch whose parts are made when they are first asked for.
+
+    Contact feels wear in every trial of a temperature; the wear rate is asked for once,
+    when it is found, and what levels is most of the work.
+
+    Parameters
+    ----------
+    setting : what it knows of the kind of mesh
+    law : the wear law
+    """
+
+    setting: PatchSetting
+    law: PreparedLaw
+
+    @cached_property
+    def felt(self) -> TwoWay:
+        """The patch as far as contact feels it."""
+        return two_way(self.setting.half_width, self.setting.path)
+
+    @cached_property
+    def made(self) -> Elastic:
+        """The whole patch."""
+        setting = self.setting
+        path = setting.path
+        reference = setting.reference
+        return elastic(
+            setting.half_width,
+            reference,
+            setting.analysis.load,
+            wear_rate(self.law, reference) * path.face_width / reference,
+            wear_rate(self.law, setting.static),
+            path,
+            setting.analysis.along_line_of_action,
+        )
+
+    def effective_wear(self, depth: Array) -> Array:
+        """Return the wear that the mesh feels, (2, n) [m]."""
+        return self.felt.effective_wear(depth)
+
+    def rate(self, pointwise: Array, depth: Array, force: Array) -> Array:
+        """Return the wear rate of flanks from that of contact centres, (2, n)."""
+        return self.made.rate(pointwise, depth, force)

@@ -250,7 +250,7 @@ def spreading(half_width: Array, arc: Array) -> Array:
     GearError : so many nodes would fill the memory, or the contact is wider than can be
         reflected at the ends of the flank
     """
-    _require_narrow(half_width, arc)
+    require_narrow(half_width, arc)
     needed = MATRICES_AT_ONCE * FLOAT_BYTES * len(arc) ** 2
     if needed > MAX_BYTES:
         raise GearError(
@@ -285,13 +285,17 @@ def spreading(half_width: Array, arc: Array) -> Array:
     )
 
 
-def _require_narrow(half_width: Array, arc: Array) -> None:
+def require_narrow(half_width: Array, arc: Array) -> None:
     """Refuse contacts half as wide as the flank is long: one reflection holds no more.
 
     Parameters
     ----------
-    half_width : (n,) with the contact at each node [m]
+    half_width : (n,), over a face (n_face, n), with the contact at each node [m]
     arc : (n,) flank arc of the nodes, in either order [m]
+
+    Raises
+    ------
+    GearError : they are
     """
     length = float(np.ptp(arc))
     widest = float(np.max(half_width, initial=0.0))

@@ -19,22 +19,13 @@ class ElasticPatch(PatchModel):
 
         Where nothing wears on, what is worn is felt all the same.
         """
-        from wearlab.wear.law import wear_rate
-        from wearlab.wear.levelling import elastic
-        from wearlab.wear.patch import two_way
+        from wearlab.wear.levelling import LazyElastic, require_memory
+        from wearlab.wear.patch import require_narrow, two_way
 
-        law = setting.law
-        path = setting.path
-        reference = setting.reference
-        if law is None or not reference.any():
-            return two_way(setting.half_width, path)
-        sliding = wear_rate(law, reference) * path.face_width / reference
-        return elastic(
-            setting.half_width,
-            reference,
-            setting.analysis.load,
-            sliding,
-            wear_rate(law, setting.static),
-            path,
-            setting.analysis.along_line_of_action,
-        )
+        half_width = setting.half_width
+        if setting.law is None or not setting.reference.any():
+            return two_way(half_width, setting.path)
+        for arc in setting.path.arc:
+            require_narrow(half_width, arc)
+        require_memory(half_width, setting.path)
+        return LazyElastic(setting, setting.law)
