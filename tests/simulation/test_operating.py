@@ -255,10 +255,10 @@ def test_a_stage_that_cannot_begin_says_why_the_life_ends(short, monkeypatch):
     """With one stage behind it, too: the run had said that it ran all its cycles."""
     whole = life_run._integrated
 
-    def no_second(stage, wear, until, before):
+    def no_second(stage, wear, until, before, worn_beyond):
         if before > 0.0:
             raise StopWear("unbounded motion")
-        return whole(stage, wear, until, before)
+        return whole(stage, wear, until, before, worn_beyond)
 
     monkeypatch.setattr(life_run, "_integrated", no_second)
     run = simulate(stages(short, (RATED, {"cycles": 4e5}), (EASY, {})))
