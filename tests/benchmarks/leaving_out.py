@@ -169,7 +169,7 @@ SETS: dict[str, tuple[Part, ...]] = {
         _part(HELICAL, "the wear law", {}, {"wear": None}),
     ),
 }
-LONG_TURNS = 12
+LONG_TURNS = {"planetary set": 12, "helical pair": 4}
 """Turns of the sets that take longer than the spur pair."""
 COMPARED = ("dynamic_mesh_force", "tooth_force", "wear_rate", "wear_depth")
 
@@ -341,7 +341,7 @@ def main(arguments: Sequence[str]) -> None:
     """Print the tables, and keep the numbers in a file where one is given."""
     file = Path(arguments[0]) if arguments else None
     for name in arguments[1:] or SETS:
-        turns = TURNS if name == "spur pair" else LONG_TURNS
+        turns = LONG_TURNS.get(name, TURNS)
         savings = [saving(part, turns) for part in SETS[name]]
         print(name)
         print_table([HEADS, *(row(found) for found in savings)])
