@@ -212,12 +212,8 @@ def score(
     Apart
         When there is nothing to compare, with the reason.
     """
-    data = _simulated(scene)
-    if _aperiodic(data):
-        raise Apart("aperiodic")
+    data = comparable_run(scene)
     end = str(data.end_reason.values)
-    if end in ENDS_OF_WORK:
-        raise Apart(f"unfinished: {end}")
     trusted = str(data.estimate_quality.values) == TRUSTED
     told(trusted)
     truth = reference_within(scene, float(data.cycle.values[-1]), longest)
@@ -360,6 +356,27 @@ def _simulated(scene: Scene) -> xr.Dataset:
         return simulate(scene)
     except Refused as refusal:
         raise Apart(f"refused: {refusal}") from refusal
+
+
+def comparable_run(scene: Scene) -> xr.Dataset:
+    """Return the run of a scene whose life ends and whose motion repeats.
+
+    Parameters
+    ----------
+    scene : the scene
+
+    Raises
+    ------
+    Apart
+        When it is no such run, with the reason.
+    """
+    data = _simulated(scene)
+    if _aperiodic(data):
+        raise Apart("aperiodic")
+    end = str(data.end_reason.values)
+    if end in ENDS_OF_WORK:
+        raise Apart(f"unfinished: {end}")
+    return data
 
 
 def _grids(parts: GearModel) -> list[ProfileGrid]:

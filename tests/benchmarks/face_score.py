@@ -6,14 +6,13 @@ from collections.abc import Callable
 
 import numpy as np
 import xarray as xr
-from estimate_score import LESS_TIGHT, TOO_LONG, Apart, Pair, Score
+from estimate_score import LESS_TIGHT, TOO_LONG, Apart, Pair, Score, comparable_run
 from face_life_estimates import FINE
 from processor_time import OutOfTime, bounded
 
 from wearlab.scene import Scene
 from wearlab.simulation import Refused, simulate
 from wearlab.simulation.dataset.errors import TRUSTED
-from wearlab.simulation.dataset.validity import ENDS_OF_WORK
 
 
 def score_over_face(
@@ -35,16 +34,8 @@ def score_over_face(
     Apart
         When there is nothing to compare, with the reason.
     """
-    try:
-        data = simulate(scene)
-    except Refused as refusal:
-        raise Apart(f"refused: {refusal}") from refusal
+    data = comparable_run(scene)
     end = str(data.end_reason.values)
-    if end in ENDS_OF_WORK:
-        raise Apart(f"unfinished: {end}")
-    if "response_period" in data and bool((data.response_period == 0).any()):
-        raise Apart("aperiodic")
-
     trusted = str(data.estimate_quality.values) == TRUSTED
     told(trusted)
     last = data.isel(update=-1)

@@ -169,7 +169,7 @@ SETS: dict[str, tuple[Part, ...]] = {
         _part(HELICAL, "the wear law", {}, {"wear": None}),
     ),
 }
-LONG_TURNS = {"planetary set": 12, "helical pair": 4}
+LONG_TURNS = 12
 """Turns of the sets that take longer than the spur pair."""
 COMPARED = ("dynamic_mesh_force", "tooth_force", "wear_rate", "wear_depth")
 
@@ -213,7 +213,8 @@ def scene(change: Change, base: str = "") -> Scene:
     """Return the base scene, or that of a campaign file, with a change."""
     changed = Scene.from_mapping(BASE)
     if base:
-        changed = load(CAMPAIGNS / base).cases[0].scene.replace("wear", WEAR)
+        whole = load(CAMPAIGNS / base).cases[0].scene.replace("wear", None)
+        changed = whole.replace("wear", WEAR)
     for key, value in change.items():
         if value is not None:
             changed = changed.replace(key, value)
@@ -341,7 +342,7 @@ def main(arguments: Sequence[str]) -> None:
     """Print the tables, and keep the numbers in a file where one is given."""
     file = Path(arguments[0]) if arguments else None
     for name in arguments[1:] or SETS:
-        turns = LONG_TURNS.get(name, TURNS)
+        turns = TURNS if name == "spur pair" else LONG_TURNS
         savings = [saving(part, turns) for part in SETS[name]]
         print(name)
         print_table([HEADS, *(row(found) for found in savings)])

@@ -4,6 +4,7 @@ import pickle
 
 import numpy as np
 import pytest
+from thermal_refusals import CALIBRATED
 from warm_pair import TABLE, warm_pair, warm_table
 
 from wearlab.scene import Scene, SceneError
@@ -125,15 +126,7 @@ def test_where_it_is_not_known():
 
 
 def test_calibration_needs_a_life_in_proportion():
-    calibrated = {
-        "model": "calibrated",
-        "life": 1e6,
-        "depth": "20 um",
-        "flank": "gear",
-        "torque": "1.5 N*m",
-        "speed": "1000 rpm",
-    }
-    assert "'over-temperature'" in refusal(wear__coefficient=calibrated)
+    assert "'over-temperature'" in refusal(wear__coefficient=CALIBRATED)
 
 
 @pytest.mark.parametrize(

@@ -49,7 +49,6 @@ from wearlab.wear.patch import (
     ascending,
     effective_wear_matrix,
     remembered,
-    spread_matrix,
     two_way,
 )
 from wearlab.wear.path import WearPath
@@ -566,7 +565,8 @@ def elastic(
     ----------
     Johnson 1985, §2.7 and Appendix 1.
     """
-    spread = spread_matrix(half_width, path)
+    felt = two_way(half_width, path)
+    spread = felt.spreading
     level = levelling(half_width, sliding, path)
     fastest = float((spread @ static_rate.ravel()).max(initial=0.0))
     largest = np.maximum(1.0, load / reference)
@@ -578,7 +578,7 @@ def elastic(
         matrix = matrix + moved.matrix(largest)
     return Elastic(
         spread,
-        effective_wear_matrix(spread, path),
+        felt.averaging,
         level,
         moved,
         reference,

@@ -160,18 +160,6 @@ class TwoWay(OneWay):
         return np.asarray(self.averaging @ depth.ravel()).reshape(depth.shape)
 
 
-def two_way(half_width: Array, path: WearPath) -> TwoWay:
-    """Return the patch that spreads and feels, for half widths (n,) [m].
-
-    Parameters
-    ----------
-    half_width : (n,) of the contacts at the nodes [m]
-    path : the path of contact
-    """
-    spread = spread_matrix(half_width, path)
-    return TwoWay(spread, effective_wear_matrix(spread, path))
-
-
 @dataclass(frozen=True)
 class _Given:
     """What a function is given, told apart by its bytes."""
@@ -202,6 +190,19 @@ def remembered(make: Callable[..., Made]) -> Callable[..., Made]:
         return cached(_Given(key, arguments))
 
     return kept_or_made
+
+
+@remembered
+def two_way(half_width: Array, path: WearPath) -> TwoWay:
+    """Return the patch that spreads and feels, for half widths (n,) [m].
+
+    Parameters
+    ----------
+    half_width : (n,) of the contacts at the nodes [m]
+    path : the path of contact
+    """
+    spread = spread_matrix(half_width, path)
+    return TwoWay(spread, effective_wear_matrix(spread, path))
 
 
 @remembered
