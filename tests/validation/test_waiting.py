@@ -1,0 +1,68 @@
+"""The time that people wait: the rows exist, and one runs from its command to its file.
+
+No time is asserted.
+"""
+
+import json
+from pathlib import Path
+
+import pytest
+import waiting
+from waiting_rows import ROWS, Row, each_of, second_run, through_store
+
+import wearlab as wl
+
+CAMPAIGNS = Path(__file__).parents[2] / "campaigns"
+PAIR = {
+    "gears": {
+        "kind": "external-pair",
+        "module": "3 mm",
+        "face_width": "20 mm",
+        "pinion": {"teeth": 50},
+        "gear": {"teeth": 50},
+    },
+    "operation": {"torque": "340 N*m", "speed": "1100 rpm"},
+}
+
+
+def test_the_campaigns_of_the_rows_are_there() -> None:
+    assert set(ROWS) >= {"w23-campaign", "spur-speeds", "static-life", "first-run"}
+    for file in ("planetary_speed", "helical_coupled", "planetary_friction"):
+        assert (CAMPAIGNS / f"{file}.toml").exists()
+
+
+def test_a_row_is_measured_in_processes_of_its_own_and_kept(
+    monkeypatch, tmp_path, capsys
+) -> None:
+    taken = iter((4.0, 2.0, 6.0, 3.0))
+    monkeypatch.setattr(waiting, "times", lambda row, side: {"cpu [s]": next(taken)})
+    other = str(Path(__file__).parents[2])
+    file = tmp_path / "waiting.json"
+    waiting.main(
+        [
+            *("--only", "spur-speeds", "--repeat", "2"),
+            *("--against", other, "--write", str(file)),
+        ]
+    )
+    assert "| spur-speeds | cpu [s] | 5 | 2.5 | 0.500 |" in capsys.readouterr().out
+    (measured,) = json.loads(file.read_text())["measured"]
+    assert measured["before"] == [4.0, 6.0] and measured["now"] == [2.0, 3.0]
+
+
+def test_scenes_are_timed() -> None:
+    scene = wl.load(PAIR).cases[0].scene
+    assert second_run([scene])["cpu [s]"] > 0.0
+    assert each_of([scene, scene])["cpu a run [ms]"] > 0.0
+    assert Row(second_run).long is False
+
+
+def test_a_store_is_held_against_joblib() -> None:
+    pytest.importorskip("joblib")
+    wearing = {
+        "wear": {
+            "coefficient": {"model": "constant", "value": "1e-18 m^2/N"},
+            "load": "static",
+            "until": {"cycles": 1e6},
+        }
+    }
+    assert through_store(PAIR | wearing)["store over joblib [1]"] > 0.0
