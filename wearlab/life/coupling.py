@@ -236,7 +236,7 @@ class Coupling(OneCondition):
             When a section of a tooth vanishes.
         """
         near_contacts = (
-            [None] * len(self.kinds)
+            [kind.analysis.unworn[1] for kind in self.kinds]
             if near is None
             else [kind.static for kind in near.kind]
         )

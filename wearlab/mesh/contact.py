@@ -49,20 +49,18 @@ class Sharing(NamedTuple):
     pair_of_row: Index
 
 
-@jit_inner
-def _empty_sharing(n_pairs):  # type: ignore[no-untyped-def]
+def _empty_sharing(n_pairs: int) -> Sharing:
     """Return the room that is needed to share the load among pairs."""
     return Sharing(
-        np.zeros((n_pairs, n_pairs)),
-        np.zeros(n_pairs, np.bool_),
-        np.zeros(n_pairs),
-        np.zeros(n_pairs),
-        np.zeros((n_pairs, n_pairs + 2)),
-        np.zeros(n_pairs, np.int64),
+        matrix=np.zeros((n_pairs, n_pairs)),
+        active=np.zeros(n_pairs, np.bool_),
+        unit=np.zeros(n_pairs),
+        offset=np.zeros(n_pairs),
+        equations=np.zeros((n_pairs, n_pairs + 2)),
+        pair_of_row=np.zeros(n_pairs, np.int64),
     )
 
 
-@jit
 def share(
     compliance: Array, gap: Array, cross: Array, load: Array
 ) -> tuple[Array, Array, Array]:
@@ -87,7 +85,16 @@ def share(
     tangent = np.zeros(n)
     force = np.zeros((n, n_pairs))
     pairs = _empty_sharing(n_pairs)
+    _fill_shares(compliance, gap, cross, load, pairs, deflection, tangent, force)
+    return deflection, tangent, force
 
+
+@jit(counted=False)
+def _fill_shares(  # type: ignore[no-untyped-def]
+    compliance, gap, cross, load, pairs, deflection, tangent, force
+):
+    """Fill what `share` returns, phase after phase."""
+    n, n_pairs = compliance.shape
     for i in range(n):
         _begin(compliance[i], cross[i], pairs)
 
@@ -103,10 +110,9 @@ def share(
             if pairs.active[p]:
                 force_at = pairs.unit[p] * deflection[i]
                 force[i, p] = max(0.0, force_at - pairs.offset[p])
-    return deflection, tangent, force
 
 
-@jit_inner
+@jit_inner(counted=False)
 def _begin(compliance, cross, pairs):  # type: ignore[no-untyped-def]
     """Fill the compliance matrix of one phase, and let no pair touch."""
     matrix = pairs.matrix
@@ -120,7 +126,7 @@ def _begin(compliance, cross, pairs):  # type: ignore[no-untyped-def]
             matrix[q, p] = shared
 
 
-@jit_inner
+@jit_inner(counted=False)
 def eliminate(equations, n):  # type: ignore[no-untyped-def]
     """Solve n equations (n, n + 2) in place; the last columns are right-hand sides."""
     for row in range(n):
@@ -138,7 +144,7 @@ def eliminate(equations, n):  # type: ignore[no-untyped-def]
             equations[row, column] /= equations[row, row]
 
 
-@jit_inner
+@jit_inner(counted=False)
 def _touch(gap, pairs, following):  # type: ignore[no-untyped-def]
     """Let one more pair touch, and fill the forces ``F_A = unit δ − offset``.
 
@@ -170,7 +176,7 @@ def _touch(gap, pairs, following):  # type: ignore[no-untyped-def]
         offset[p] = equations[row, n_touching + 1]
 
 
-@jit_inner
+@jit_inner(counted=False)
 def _contact_at(gap, pairs, p):  # type: ignore[no-untyped-def]
     """Return the δ at which slot ``p`` engages; inf when it never does."""
     slope = 1.0
@@ -183,7 +189,7 @@ def _contact_at(gap, pairs, p):  # type: ignore[no-untyped-def]
     return level / slope if slope > 0.0 else np.inf
 
 
-@jit_inner
+@jit_inner(counted=False)
 def _next_in_contact(gap, pairs):  # type: ignore[no-untyped-def]
     """Return the slot that engages next as δ grows, and the δ at which it does.
 
@@ -207,7 +213,6 @@ def _next_in_contact(gap, pairs):  # type: ignore[no-untyped-def]
     return first, engagement
 
 
-@jit
 def equivalent_springs(
     compliance: Array, gap: Array, cross: Array, stages: int
 ) -> tuple[Array, Array, Array]:
@@ -241,24 +246,18 @@ def equivalent_springs(
     part = np.zeros((n, n_pairs, n_pairs))
     if cross.shape[2] == 0:
         _fill_uncoupled(compliance, gap, stiffness, level, part)
-        return stiffness, level, part
-
-    pairs = _empty_sharing(n_pairs)
-    previous_unit = np.zeros(n_pairs)
-    order = np.empty(n_pairs, np.int64)
-    for i in range(n):
-        if i % stages == 0:
-            middle = i + stages // 2
-            _begin(compliance[middle], cross[middle], pairs)
-            _fill_order(gap[middle], pairs, order)
-        _begin(compliance[i], cross[i], pairs)
-        _fill_coupled(
-            gap[i], pairs, order, previous_unit, stiffness[i], level[i], part[i]
+    else:
+        pairs = _empty_sharing(n_pairs)
+        order = np.empty(n_pairs, np.int64)
+        previous_unit = np.empty(n_pairs)
+        springs = stiffness, level, part
+        _fill_springs(
+            compliance, gap, cross, stages, pairs, order, previous_unit, springs
         )
     return stiffness, level, part
 
 
-@jit_inner
+@jit(counted=False)
 def _fill_uncoupled(  # type: ignore[no-untyped-def]
     compliance, gap, stiffness, level, part
 ):
@@ -272,7 +271,24 @@ def _fill_uncoupled(  # type: ignore[no-untyped-def]
                 part[i, p, p] = stiffness[i, p]
 
 
-@jit_inner
+@jit(counted=False)
+def _fill_springs(  # type: ignore[no-untyped-def]
+    compliance, gap, cross, stages, pairs, order, previous_unit, springs
+):
+    """Fill what `equivalent_springs` returns of pairs that share compliance."""
+    stiffness, level, part = springs
+    for i in range(len(compliance)):
+        if i % stages == 0:
+            middle = i + stages // 2
+            _begin(compliance[middle], cross[middle], pairs)
+            _fill_order(gap[middle], pairs, order)
+        _begin(compliance[i], cross[i], pairs)
+        _fill_coupled(
+            gap[i], pairs, order, previous_unit, stiffness[i], level[i], part[i]
+        )
+
+
+@jit_inner(counted=False)
 def _fill_order(gap, pairs, order):  # type: ignore[no-untyped-def]
     """Fill the pairs of one phase in their order of engagement, then −1."""
     order[:] = -1
@@ -283,7 +299,7 @@ def _fill_order(gap, pairs, order):  # type: ignore[no-untyped-def]
         _touch(gap, pairs, order[rank])
 
 
-@jit_inner
+@jit_inner(counted=False)
 def _fill_coupled(  # type: ignore[no-untyped-def]
     gap, pairs, order, previous_unit, stiffness, level, part
 ):
@@ -469,12 +485,13 @@ class ContactAnalysis:
         """
         min_force = MIN_CONTACT_LOAD_SHARE * self.load
         softening = self.stiffness.softening if self.engagement_gap == np.inf else 0.0
+        load = np.full(len(self._pairs), self.load)
         for _ in range(30):
             contact = self.stiffness.contact(np.maximum(force, min_force))
             correction = softening * (force > min_force)
-            nodes = Nodes(body + contact - correction, gap + correction * force, cross)
-            sharing = self.quasistatic(nodes, self.at_nodes)
-            updated = self._force_in_contact(sharing.force)
+            line = Nodes(body + contact - correction, gap + correction * force, cross)
+            _, _, of_pairs = share(*self.at(line, self.at_nodes), load)
+            updated = self._force_in_contact(of_pairs)
             change = np.max(np.abs(updated - force))
             force = updated
             if change <= 1e-8 * self.load:

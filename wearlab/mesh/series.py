@@ -27,6 +27,7 @@ from numpy.polynomial.legendre import leggauss
 from numpy.typing import ArrayLike
 
 from wearlab.arrays import Array, Index
+from wearlab.compiled import jit, jit_inner
 from wearlab.gears import outline
 from wearlab.gears.gear import DRIVEN, DRIVING, Gear, GearPair
 from wearlab.mesh import body, profile, stiffness
@@ -36,6 +37,8 @@ INNER = leggauss(2)
 """Places and weights between neighbouring nodes: fourth order in their distance."""
 ROOT = leggauss(48)
 """The same over the root curve, and over the involute below the lowest node."""
+BETWEEN_NODES = 0.5 * (INNER[0] + 1.0)
+"""The same places as shares of the way to the next node [1]."""
 REFINEMENT = 2
 """Of the elements of a scene: within 0.4 % of the teeth's compliance, in a third of a
 second a pair."""
@@ -59,7 +62,7 @@ class ToothFlexibility(NamedTuple):
     ----------
     rising : whether contact moves from root to tip along the path (driving gear) or
         back (driven)
-    root : (7,) the sums of `_sums` from the root to the lowest node
+    root : (7,) the sums of `_add_section` from the root to the lowest node
     height, half_thickness : (n,) contact point (x, y) [m]
     foot : height of the foot of the root curve above the gear's centre [m]
     outwards : 1, of a ring −1
@@ -197,20 +200,17 @@ def _root_sums(gear: Gear, lowest: float, foot: float) -> Array:
     involute = _sections(gear, np.array([start, lowest]), foot, ROOT)[:, 0]
     height, thickness, _, dx = involute
 
-    x = np.concatenate([height_root, height])
-    t = np.concatenate([2.0 * y_root, thickness])
-    return _sums(x, t, np.concatenate([dx_root, dx]), np.zeros_like(x))
+    sums = np.zeros(7)
+    _add_unworn(height_root, 2.0 * y_root, dx_root, sums)
+    _add_unworn(height, thickness, dx, sums)
+    return sums
 
 
-def _sums(x: Array, t: Array, dx: Array, h: Array) -> Array:
-    """Return sums over sections, (7, …).
-
-    They are of 1/t, 1/t³, x/t³, x²/t³, h_y/t³, x h_y/t³ and h_y²/t³.
-    """
-    cube = dx / t**3
-    moved = cube * h
-    terms = [dx / t, cube, cube * x, cube * x * x, moved, moved * x, moved * h]
-    return np.stack(terms).sum(axis=-1)
+@jit(counted=False)
+def _add_unworn(x, t, dx, sums):  # type: ignore[no-untyped-def]
+    """Add unworn sections of heights, thicknesses and weights (n,) to sums (7,)."""
+    for section in range(len(x)):
+        _add_section(x[section], t[section], dx[section], 0.0, sums)
 
 
 def tooth_compliance(tooth: ToothFlexibility, wear: Array) -> Array:
@@ -237,53 +237,97 @@ def tooth_compliance(tooth: ToothFlexibility, wear: Array) -> Array:
     W23, whose Eq. 16 has the worn section: here about its own centroid, without the
     term that stays at h = 0.
     """
-    upwards = slice(None, None, 1 if tooth.rising else -1)
-    K0, J0, J1, J2, H0, H1, HH = _worn_sums(tooth, wear)[:, upwards]
-    cos = np.cos(tooth.force.angle)
-    sin = np.sin(tooth.force.angle)
-    arm = tooth.outwards * (tooth.force.lever - tooth.foot * cos)
+    compliance = np.empty(len(wear))
+    _fill_compliance(tooth, np.array(tooth.root), wear, compliance)
+    return compliance
+
+
+@jit(counted=False)
+def _fill_compliance(tooth, sums, wear, compliance):  # type: ignore[no-untyped-def]
+    """Fill what `tooth_compliance` returns, from the root upwards.
+
+    The sums of `_add_section` are those up to the lowest node at first.
+    """
+    n = len(wear)
+    is_gone = False
+    for k in range(n):
+        node = k if tooth.rising else n - 1 - k
+        if k > 0:
+            _add_sections_below(tooth, wear, k, sums)
+        compliance[node] = _compliance_at(tooth, wear[node], node, sums)
+
+        is_gone = is_gone or np.isnan(compliance[node])
+        if is_gone:
+            compliance[node] = np.nan
+
+
+@jit_inner(counted=False)
+def _add_sections_below(tooth, wear, k, sums):  # type: ignore[no-untyped-def]
+    """Add the sections between the k-th node, counted from the root, and that below."""
+    node = k if tooth.rising else len(wear) - 1 - k
+    below = node - 1 if tooth.rising else node + 1
+    for point in range(len(BETWEEN_NODES)):
+        way = BETWEEN_NODES[point]
+        front = wear[below] + way * (wear[node] - wear[below])
+        back = tooth.back[below] + way * (tooth.back[node] - tooth.back[below])
+
+        x = tooth.sections[0, k - 1, point]
+        unworn = tooth.sections[1, k - 1, point]
+        slope = tooth.sections[2, k - 1, point]
+        dx = tooth.sections[3, k - 1, point]
+        h = slope * front
+        b = slope * back
+        t = unworn - h - b
+        if not t > tooth.minimum_thickness:
+            t = np.nan
+        _add_section(x, t, dx, h - b, sums)
+
+
+@jit_inner(counted=False)
+def _add_section(x, t, dx, h, sums):  # type: ignore[no-untyped-def]
+    """Add 1/t, 1/t³, x/t³, x²/t³, h/t³, x h/t³ and h²/t³ of a section, times dx."""
+    cube = dx / t**3
+    sums[0] += dx / t
+    sums[1] += cube
+    sums[2] += cube * x
+    sums[3] += cube * x * x
+    sums[4] += cube * h
+    sums[5] += cube * h * x
+    sums[6] += cube * h * h
+
+
+@jit_inner(counted=False)
+def _compliance_at(tooth, wear, node, sums):  # type: ignore[no-untyped-def]
+    """Return the compliance of a tooth that touches at a node [m/N]."""
+    K0 = sums[0]
+    J0 = sums[1]
+    J1 = sums[2]
+    J2 = sums[3]
+    H0 = sums[4]
+    H1 = sums[5]
+    HH = sums[6]
+    cos = math.cos(tooth.force.angle[node])
+    sin = math.sin(tooth.force.angle[node])
+    arm = tooth.outwards * (tooth.force.lever[node] - tooth.foot * cos)
 
     stretch = tooth.shear * cos**2 + tooth.axial * sin**2
     bend = arm**2 * J0 - 2.0 * arm * cos * J1 + cos**2 * J2
     bend += sin * (cos * H1 - arm * H0) + 0.25 * sin**2 * HH
 
     # the strip above the worn contact point, at its middle, carries nothing any more
-    flank_cos = np.cos(tooth.angle)
-    flank_sin = np.sin(tooth.angle)
+    flank_cos = math.cos(tooth.angle[node])
+    flank_sin = math.sin(tooth.angle[node])
     strip = wear * flank_sin
     h = wear / flank_cos
-    b = tooth.back / flank_cos
-    thickness = 2.0 * tooth.half_thickness + strip * flank_sin / flank_cos - h - b
-    t = _or_nan_if_thin(thickness, tooth)
-    height = tooth.height - 0.5 * strip
+    b = tooth.back[node] / flank_cos
+    t = 2.0 * tooth.half_thickness[node] + strip * flank_sin / flank_cos - h - b
+    if not t > tooth.minimum_thickness:
+        return np.nan
+    height = tooth.height[node] - 0.5 * strip
     moment = arm - height * cos - 0.5 * (h - b) * sin
 
     bending = tooth.bending * (bend - strip / t**3 * moment**2)
-    compliance = bending + stretch * (K0 - strip / t)
-    is_gone = np.logical_or.accumulate(np.isnan(compliance)[upwards])[upwards]
-    compliance[is_gone] = np.nan
-    return np.asarray(compliance)
-
-
-def _worn_sums(tooth: ToothFlexibility, wear: Array) -> Array:
-    """Return the sums of `_sums` from the root to every node, root first, (7, n)."""
-    x, thickness, slope, dx = tooth.sections
-    h = slope * _wear_at_sections(tooth, wear)
-    b = slope * _wear_at_sections(tooth, tooth.back)
-    sums = _sums(x, _or_nan_if_thin(thickness - h - b, tooth), dx, h - b)
-    return np.cumsum(np.column_stack([tooth.root, sums]), axis=1)
-
-
-def _wear_at_sections(tooth: ToothFlexibility, wear: Array) -> Array:
-    """Return depths (n,) at the sections between the nodes, (n − 1, points) [m]."""
-    from_root = wear if tooth.rising else wear[::-1]
-    between = 0.5 * (INNER[0] + 1.0)
-    return np.asarray(from_root[:-1, None] + np.diff(from_root)[:, None] * between)
-
-
-def _or_nan_if_thin(thickness: Array, tooth: ToothFlexibility) -> Array:
-    """Return thicknesses, NaN where a section is too thin to hold."""
-    return np.where(thickness > tooth.minimum_thickness, thickness, np.nan)
+    return bending + stretch * (K0 - strip / t)
 
 
 Sharing = tuple["SharedBodies", ...]
