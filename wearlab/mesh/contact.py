@@ -486,11 +486,13 @@ class ContactAnalysis:
         min_force = MIN_CONTACT_LOAD_SHARE * self.load
         softening = self.stiffness.softening if self.engagement_gap == np.inf else 0.0
         load = np.full(len(self._pairs), self.load)
+        cross_of_pairs = self._cross_of_pairs(cross, self.at_nodes)
         for _ in range(30):
             contact = self.stiffness.contact(np.maximum(force, min_force))
             correction = softening * (force > min_force)
             line = Nodes(body + contact - correction, gap + correction * force, cross)
-            _, _, of_pairs = share(*self.at(line, self.at_nodes), load)
+            compliance, gap_of_pairs = self._of_pairs(line, self.at_nodes)
+            _, _, of_pairs = share(compliance, gap_of_pairs, cross_of_pairs, load)
             updated = self._force_in_contact(of_pairs)
             change = np.max(np.abs(updated - force))
             force = updated
@@ -511,6 +513,16 @@ class ContactAnalysis:
         compliance, gap : (n, n_pairs) [m/N], [m]
         cross : (n, n_pairs, n_apart) [m/N]
         """
+        compliance, gap = self._of_pairs(nodes, where)
+        return compliance, gap, self._cross_of_pairs(nodes.cross, where)
+
+    def _cross_of_pairs(self, cross: Array, where: Lookup) -> Array:
+        """Return the cross compliance (n_apart, n_contact) of pairs at phases [m/N]."""
+        by_distance = interpolate(self.grid, where, cross, 0.0)
+        return np.ascontiguousarray(np.moveaxis(by_distance, 0, -1))
+
+    def _of_pairs(self, nodes: Nodes, where: Lookup) -> tuple[Array, Array]:
+        """Return compliance [m/N] and gap [m] of pairs at phases, (n, n_pairs) each."""
         stiffness = self.stiffness.at_phases(where)
         if stiffness is None:
             compliance = interpolate(self.grid, where, nodes.compliance, np.inf)
@@ -518,13 +530,10 @@ class ContactAnalysis:
             with np.errstate(divide="ignore"):  # a pair out of the path has none
                 compliance = 1.0 / stiffness
         gap = interpolate(self.grid, where, nodes.gap, np.inf)
-        by_distance = interpolate(self.grid, where, nodes.cross, 0.0)
-        cross = np.ascontiguousarray(np.moveaxis(by_distance, 0, -1))
-
         if self.engagement_gap < np.inf:
             threshold = gap.min(axis=1, keepdims=True) + self.engagement_gap
             compliance[gap > threshold] = np.inf
-        return compliance, gap, cross
+        return compliance, gap
 
     def quasistatic(
         self, nodes: Nodes, where: Lookup, load: Array | None = None

@@ -97,22 +97,44 @@ class WeberContact:
         schrägverzahnten Rädern, Schriftenreihe Antriebstechnik 11, Vieweg 1953;
         Johnson, Contact Mechanics, 1985, Eq. 5.57.
         """
-        F = np.asarray(force, float)
-        depth = np.asarray(self.depth)
-        c1, c2 = (1.0 / material.plane_strain_modulus for material in self.materials)
-        width = math.pi * self.face_width
+        load = np.maximum(np.asarray(force, float), 0.0)
+        half_width = np.sqrt(self._square_per_load * load)
+        a = np.maximum(half_width, self._least_half_width)
+        brackets = np.maximum(self._brackets_of_unit_width - np.log(a), 0.0)
+        first = self._compliances[0] * brackets[0]
+        second = self._compliances[1] * brackets[1]
+        return np.asarray(2.0 / self._width * (first + second))
 
-        load = np.maximum(F, 0.0)
-        square = 4.0 * load * self.equivalent_radius / width * (c1 + c2)
-        a = np.maximum(np.sqrt(square), 1e-6 * depth.max(axis=0))
+    @cached_property
+    def _width(self) -> float:
+        """π B [m]."""
+        return math.pi * self.face_width
 
+    @cached_property
+    def _compliances(self) -> tuple[float, float]:
+        """(1 − ν²)/E of both gears [1/Pa]."""
+        first, second = self.materials
+        return 1.0 / first.plane_strain_modulus, 1.0 / second.plane_strain_modulus
+
+    @cached_property
+    def _square_per_load(self) -> ArrayLike:
+        """The square of the half width over the force, (n,) [m²/N]."""
+        per_radius = 4.0 / self._width * sum(self._compliances)
+        return per_radius * np.asarray(self.equivalent_radius)
+
+    @cached_property
+    def _least_half_width(self) -> Array:
+        """Half width below which the contact yields no more, (n,) [m]."""
+        return np.asarray(1e-6 * np.asarray(self.depth).max(axis=0))
+
+    @cached_property
+    def _brackets_of_unit_width(self) -> Array:
+        """The brackets of a half width of 1 m, (2, n) [1]."""
         brackets = []
-        for t, material in zip(depth, self.materials, strict=True):
+        for t, material in zip(np.asarray(self.depth), self.materials, strict=True):
             nu = material.poisson_ratio
-            bracket = np.log(2.0 * t / a) - 0.5 * nu / (1.0 - nu)
-            brackets.append(np.maximum(bracket, 0.0))
-        first, second = brackets
-        return np.asarray(2.0 / width * (c1 * first + c2 * second))
+            brackets.append(np.log(2.0 * t) - 0.5 * nu / (1.0 - nu))
+        return np.stack(brackets)
 
     @property
     def softening(self) -> float:
@@ -120,10 +142,7 @@ class WeberContact:
 
         ``1/(π B) Σ (1 − ν²)/E``, the same under all forces.
         """
-        compliances = sum(
-            1.0 / material.plane_strain_modulus for material in self.materials
-        )
-        return compliances / (math.pi * self.face_width)
+        return sum(self._compliances) / self._width
 
 
 HertzContact = ConstantContact | WeberContact

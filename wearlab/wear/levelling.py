@@ -265,7 +265,7 @@ def coefficients(t: Array, last_order: int) -> Array:
     """
     n = np.arange(FIRST_ORDER - 1, last_order + 2)[:, None]
     t = t[..., None, :]
-    change = -np.diff(np.sin(n * np.arccos(np.clip(t, -1.0, 1.0))) / n)
+    change = -np.diff(_sines(t, last_order) / n)
     plain = change[..., 1:-1, :]
     slope = 0.5 * (change[..., :-2, :] + change[..., 2:, :])
     length = np.diff(t)
@@ -274,6 +274,33 @@ def coefficients(t: Array, last_order: int) -> Array:
     values[..., :-1] += (t[..., 1:] * plain - slope) * share
     values[..., 1:] += (slope - t[..., :-1] * plain) * share
     return values
+
+
+def _sines(t: Array, last_order: int) -> Array:
+    """Return sin nθ of t = cos θ for the orders n, one before and one after them.
+
+    By ``sin (n + 1)θ = 2 cos θ sin nθ − sin (n − 1)θ``; 0 beyond ±1.
+
+    Parameters
+    ----------
+    t : (…, 1, m) places [1]
+    last_order : highest order
+
+    Returns
+    -------
+    (…, n_orders + 2, m)
+    """
+    cos = np.clip(t, -1.0, 1.0)
+    before = np.zeros_like(cos)
+    sine = np.sqrt((1.0 - cos) * (1.0 + cos))
+    sines = []
+    for order in range(1, last_order + 2):
+        if order >= FIRST_ORDER - 1:
+            sines.append(sine)
+        following = 2.0 * cos * sine - before
+        before = sine
+        sine = following
+    return np.concatenate(sines, axis=-2)
 
 
 LAG = 6e-4
