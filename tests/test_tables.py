@@ -10,8 +10,8 @@ import pytest
 import wearlab as wl
 from wearlab.cli.app import status_of
 from wearlab.scene.duty_file import load_table_of
-from wearlab.tables import ReadTable, TableError, read_table
-from wearlab.tables.cells import kind_of
+from wearlab.tables import ReadTable, TableError, read_table, reading, table_of
+from wearlab.tables.cells import kind_of, number_in, plain_numbers
 
 PAIR = """
 [gears]
@@ -708,3 +708,79 @@ def test_a_long_cell_of_capitals_is_a_text_at_once():
     begin = time.process_time()
     assert kind_of("#" + "A" * 1_000_000, ".") == "text"
     assert time.process_time() - begin < 1.0
+
+
+PARTS_OF_CELLS = [
+    *("1", "-2.5", "1,5", "3e6", "1.234,5", "1,234", "12 000", "", " 7", "nan", "<0.1"),
+    *(
+        "Summe",
+        "Total:",
+        "U1",
+        "a",
+        '"1;2"',
+        '"x"',
+        "#N/A",
+        "31.12.2026",
+        "--1",
+        "1e99",
+    ),
+]
+
+
+def random_table(rng: np.random.Generator) -> str:
+    """Return a table whose rows are mostly plain and now and then are not."""
+    separator = str(rng.choice([";", ",", "\t", "|"]))
+    width = int(rng.integers(2, 5))
+    rows = [separator.join("abcd"[:width])]
+    for _ in range(int(rng.integers(1, 12))):
+        many = width + int(rng.choice([0, 0, 0, 0, 0, 0, 0, 0, 1, -1]))
+        usual = PARTS_OF_CELLS[:3] if rng.random() < 0.8 else PARTS_OF_CELLS
+        rows.append(separator.join(rng.choice(usual, many)))
+    return "\n".join(rows) + "\n"
+
+
+def outcome_of(read) -> object:
+    """Return what a reading makes, or its refusal in words."""
+    try:
+        return read()
+    except TableError as error:
+        return str(error)
+
+
+def test_plain_rows_are_read_as_each_by_itself(monkeypatch):
+    rng = np.random.default_rng(20261130)
+    texts = [random_table(rng).encode() for _ in range(1500)]
+    counted: list[bool] = []
+    plain_rows = reading._plain_rows
+
+    def counting(rows, way):
+        found = plain_rows(rows, way)
+        counted.append(found is not None)
+        return found
+
+    monkeypatch.setattr(reading, "_plain_rows", counting)
+    by_columns = [outcome_of(lambda t=text: table_of("t.csv", t)) for text in texts]
+    monkeypatch.setattr(reading, "_plain_rows", lambda rows, way: None)
+    by_rows = [outcome_of(lambda t=text: table_of("t.csv", t)) for text in texts]
+
+    assert by_columns == by_rows
+    assert 300 < sum(counted) < len(counted) - 300
+
+
+@pytest.mark.parametrize("decimal", [".", ","])
+def test_plain_numbers_are_those_of_each_cell(decimal):
+    cells = ["1", "-2.5", "+3", ".5", "7.", "1e5", "2E-3", ",5", "1,25", "-3,", "4e+2"]
+    odd = ["", "1_000", " 1", "nan", "inf", "1.2.3", "1,2,3", "--1", "e5", "1 000", "٣"]
+    for cell in [*cells, *odd]:
+        number = number_in(cell, decimal)
+        found = plain_numbers(["12", cell], decimal)
+        assert found is None or found == [12.0, number]
+        is_other = "," in cell if decimal == "." else "." in cell
+        if cell in cells and not is_other:
+            assert found == [12.0, number]
+
+
+def test_a_number_beyond_all_that_is_measured_is_refused_in_a_plain_column(table):
+    read = table("a,b\n1,2\n3,1e99\n")
+    with pytest.raises(TableError, match=r"line 3, column 'b': '1e99' is beyond"):
+        read.numbers("b")

@@ -8,6 +8,9 @@ DECIMALS = {".": "point", ",": "comma"}
 NUMBER = re.compile(
     r"[-+]?(?:(?:\d+\.?\d*|\.\d+)(?:e[-+]?\d+)?|nan|inf)", re.IGNORECASE
 )
+PLAIN = {".": re.compile(r"[-+.0-9eE]*"), ",": re.compile(r"[-+,0-9eE]*")}
+"""Numbers without blanks or signs between thousands, one after another, by the decimal
+sign."""
 THOUSANDS = {
     ".": re.compile(
         r"[-+]?\d{1,3}(?:(?:,\d{3})+\.\d*|(?:,\d{3}){2,}|(?:[ '’]\d{3})+(?:\.\d*)?)"
@@ -104,6 +107,33 @@ def number_in(cell: str, decimal: str) -> float | None:
     if decimal == ",":
         plain = "" if "." in plain else plain.replace(",", ".")
     return float(plain) if NUMBER.fullmatch(plain) else None
+
+
+def plain_numbers(column: Sequence[str], decimal: str) -> list[float] | None:
+    """Return the numbers of a column, as `number_in` returns each.
+
+    None where a cell holds anything else, or blanks or signs between thousands: then
+    every cell must be looked at by itself.
+
+    Parameters
+    ----------
+    column : texts of the cells
+    decimal : decimal sign of the file, a point or a comma
+
+    Examples
+    --------
+    >>> plain_numbers(["1,5", "2e3"], ","), plain_numbers(["1,5", "2 000"], ",")
+    ([1.5, 2000.0], None)
+    """
+    if not PLAIN[decimal].fullmatch("".join(column)):
+        return None
+    cells = column
+    if decimal == ",":
+        cells = [cell.replace(",", ".") for cell in column]
+    try:
+        return list(map(float, cells))
+    except ValueError:
+        return None
 
 
 def ungrouped(column: Sequence[str], decimal: str) -> tuple[str, ...]:

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import replace
 from functools import lru_cache
+from itertools import compress
 from pathlib import Path
 from typing import NamedTuple
 
@@ -50,11 +51,17 @@ TOTALS = re.compile(
 """What the first cell of a row of sums says."""
 
 
-class Line(NamedTuple):
-    """A line of a file, with its number from 1."""
+class TextLines(NamedTuple):
+    """Lines of a file that hold something, one after another.
 
-    number: int
-    text: str
+    Parameters
+    ----------
+    numbers : of the lines in the file, from 1
+    texts : what they hold
+    """
+
+    numbers: Sequence[int]
+    texts: Sequence[str]
 
 
 class Reading(NamedTuple):
@@ -182,7 +189,7 @@ def _table_of_text(
     decimals = [decimal] if decimal else list(DECIMALS)
     for has_marked_headers in (False, True):
         lines = _lines_of(name, text, has_marked_headers)
-        best = _best(lines[:LOOKED_AT], decimals)
+        best = _best(lines.texts[:LOOKED_AT], decimals)
         if best is not None:
             with _without_collection():
                 return _table(name, lines, encoding, best, decimal is not None)
@@ -205,7 +212,7 @@ def _without_collection() -> Iterator[None]:
             gc.enable()
 
 
-def _best(lines: Sequence[Line], decimals: Sequence[str]) -> Reading | None:
+def _best(lines: Sequence[str], decimals: Sequence[str]) -> Reading | None:
     """Return the best way to read lines, None where there is none.
 
     A separator that is less certain is tried where no other makes a table of them.
@@ -240,7 +247,7 @@ def decoded(raw: bytes) -> tuple[str, str]:
     return raw.decode("cp1252", errors="replace"), "cp1252"
 
 
-def _lines_of(name: str, text: str, has_marked_headers: bool) -> list[Line]:
+def _lines_of(name: str, text: str, has_marked_headers: bool) -> TextLines:
     """Return the lines of a text that hold something and are no comments.
 
     The last comment above the first row is kept, without its mark, where it may hold
@@ -252,31 +259,33 @@ def _lines_of(name: str, text: str, has_marked_headers: bool) -> list[Line]:
             f"{name}: line {number}: holds a NUL byte: no table of texts; write it as "
             "CSV again"
         )
-    numbered = [
-        Line(number, line)
-        for number, line in enumerate(text.splitlines(), 1)
-        if line.strip()
-    ]
-    lines = [line for line in numbered if not _is_comment(line.text)]
-    comments_above = [
-        line
-        for line in numbered
-        if _is_comment(line.text) and lines and line.number < lines[0].number
-    ]
-    if has_marked_headers and comments_above:
-        number, marked = comments_above[-1]
-        headers = marked.lstrip().lstrip("".join(COMMENT_MARKS))
-        lines.insert(0, Line(number, headers.strip(" ")))
+    numbers: list[int] = []
+    texts: list[str] = []
+    marked = None
+    for number, line in enumerate(text.splitlines(), 1):
+        if not line or line.isspace():
+            continue
+        if not _is_comment(line):
+            numbers.append(number)
+            texts.append(line)
+        elif not texts:
+            marked = number, line
+    if has_marked_headers and marked and texts:
+        number, line = marked
+        headers = line.lstrip().lstrip("".join(COMMENT_MARKS))
+        numbers.insert(0, number)
+        texts.insert(0, headers.strip(" "))
 
-    for number, line in lines:
-        if len(line) > LONGEST_LINE:
-            raise TableError(
-                f"{name}: line {number}: more than {LONGEST_LINE:,} characters are no "
-                "row of a table"
-            )
-    if len(lines) < 2:
+    too_long = (len(line) > LONGEST_LINE for line in texts)
+    number = next(compress(numbers, too_long), 0)
+    if number:
+        raise TableError(
+            f"{name}: line {number}: more than {LONGEST_LINE:,} characters are no "
+            "row of a table"
+        )
+    if len(texts) < 2:
         raise TableError(f"{name}: no rows under a header")
-    return lines
+    return TextLines(numbers, texts)
 
 
 def _is_comment(text: str) -> bool:
@@ -294,9 +303,9 @@ def _is_comment(text: str) -> bool:
     return len(cells) < 2 or not all(map(is_bare_unit, cells))
 
 
-def _readings(lines: Sequence[Line], separator: str, decimal: str) -> Iterator[Reading]:
+def _readings(lines: Sequence[str], separator: str, decimal: str) -> Iterator[Reading]:
     """Yield ways to read lines with these signs, one for each possible header line."""
-    rows = [_cells(line.text, separator) for line in lines]
+    rows = [_cells(line, separator) for line in lines]
     for header in range(len(rows) - 1):
         headers = _without_empty_end(rows[header])
         if not separator:
@@ -366,67 +375,133 @@ def _score(rows: Sequence[Sequence[str] | None], decimal: str) -> int:
     return score
 
 
+class TableRows(NamedTuple):
+    """The rows of a table, column by column.
+
+    Parameters
+    ----------
+    columns : texts of the cells of each column
+    numbers : line of each row in the file, from 1
+    totals : rows of sums that are left out, and their lines
+    """
+
+    columns: Sequence[Sequence[str]]
+    numbers: Sequence[int]
+    totals: Sequence[str] = ()
+
+
 def _table(
     file: str,
-    lines: Sequence[Line],
+    lines: TextLines,
     encoding: str,
     reading: Reading,
     is_decided: bool,
 ) -> ReadTable:
     """Return the table of all lines, read in one way."""
-    header_line = lines[reading.header].number
+    header_line = lines.numbers[reading.header]
     names, units = _names_and_units(file, header_line, reading)
-    _refuse_rows_above(file, lines[: reading.header], header_line, reading)
-    body = lines[reading.first :]
-    cells = [_cells(line.text, reading.separator) for line in body]
-    count = 1 + _last_row(cells, len(names), reading.decimal)
+    above = TextLines(lines.numbers[: reading.header], lines.texts[: reading.header])
+    _refuse_rows_above(file, above, header_line, reading)
 
-    rows = []
-    numbers = []
-    totals = []
-    for line, row in zip(body[:count], cells[:count], strict=True):
-        label = next(filter(None, row), "").rstrip(" :.")
-        if TOTALS.fullmatch(label):
-            totals.append(f"{label!r} in line {line.number}")
-            continue
-        fitted = _fitted(row, len(names))
-        if fitted is None:
-            raise TableError(
-                f"{file}: line {line.number}: {len(row)} columns instead of "
-                f"{len(names)}: {line.text.strip()[:60]!r}; every row must hold "
-                f"{len(names)} cells under {', '.join(names)}: mend or delete it"
-            )
-        if tuple(fitted) == reading.headers:
-            raise TableError(
-                f"{file}: line {line.number}: the headers of line {header_line} again; "
-                "delete the line"
-            )
-        rows.append(fitted)
-        numbers.append(line.number)
-    if not rows:
-        raise TableError(f"{file}: no rows under a header but {', '.join(totals)}")
-
-    columns = [ungrouped(column, reading.decimal) for column in zip(*rows, strict=True)]
+    below = lines.texts[reading.first :]
+    end = reading.first + 1 + _last_row(below, reading)
+    rows = TextLines(
+        lines.numbers[reading.first : end], lines.texts[reading.first : end]
+    )
+    table_rows = _plain_rows(rows, reading) or _rows(file, rows, header_line, reading)
+    columns = [ungrouped(column, reading.decimal) for column in table_rows.columns]
     return ReadTable(
         file=file,
         headers=reading.headers,
         names=names,
         units=units,
         cells=dict(zip(names, columns, strict=True)),
-        lines=tuple(numbers),
+        lines=tuple(table_rows.numbers),
         encoding=encoding,
         separator=reading.separator,
         decimal=reading.decimal,
         header_line=header_line,
-        preamble=tuple(line.text for line in lines[: reading.header]),
-        left_out=len(body) - count,
-        totals=tuple(totals),
+        preamble=tuple(above.texts),
+        left_out=len(lines.texts) - end,
+        totals=tuple(table_rows.totals),
         is_decided=is_decided,
     )
 
 
+def _plain_rows(rows: TextLines, reading: Reading) -> TableRows | None:
+    """Return the rows of a table that are as wide as its headers and of no doubt.
+
+    None where a row must be looked at by itself: it is quoted, wider or narrower,
+    begins with nothing, sums others up or holds the headers again.
+    """
+    separator = reading.separator
+    width = len(reading.headers)
+    if not separator or any('"' in line for line in rows.texts):
+        return None
+    if any(line.count(separator) != width - 1 for line in rows.texts):
+        return None
+    cells = [cell.strip() for cell in separator.join(rows.texts).split(separator)]
+    first = cells[::width]
+    if not all(first) or reading.headers[0] in first:
+        return None
+    labels = {cell for cell in first if not cell[0].isdecimal()}
+    if any(map(_is_total, labels)):
+        return None
+    return TableRows([cells[column::width] for column in range(width)], rows.numbers)
+
+
+def _rows(file: str, lines: TextLines, header_line: int, reading: Reading) -> TableRows:
+    """Return the rows of a table, each looked at by itself.
+
+    Parameters
+    ----------
+    file : its name, for messages
+    lines : the rows, and those of sums between them
+    header_line : number of the headers' line
+    reading : how the table is read
+    """
+    width = len(reading.headers)
+    rows = []
+    numbers = []
+    totals = []
+    for number, line in zip(*lines, strict=True):
+        row = _cells(line, reading.separator)
+        label = next(filter(None, row), "")
+        if _is_total(label):
+            totals.append(f"{_label(label)!r} in line {number}")
+            continue
+        fitted = _fitted(row, width)
+        if fitted is None:
+            names = ", ".join(name_and_unit(header)[0] for header in reading.headers)
+            raise TableError(
+                f"{file}: line {number}: {len(row)} columns instead of {width}: "
+                f"{line.strip()[:60]!r}; every row must hold {width} cells under "
+                f"{names}: mend or delete it"
+            )
+        if tuple(fitted) == reading.headers:
+            raise TableError(
+                f"{file}: line {number}: the headers of line {header_line} again; "
+                "delete the line"
+            )
+        rows.append(fitted)
+        numbers.append(number)
+    if not rows:
+        raise TableError(f"{file}: no rows under a header but {', '.join(totals)}")
+    return TableRows(list(zip(*rows, strict=True)), numbers, totals)
+
+
+def _label(cell: str) -> str:
+    """Return what a cell says without the signs at its end."""
+    return cell.rstrip(" :.")
+
+
+def _is_total(cell: str) -> bool:
+    """Whether the first cell of a row says that the row sums others up."""
+    return TOTALS.fullmatch(_label(cell)) is not None
+
+
 def _refuse_rows_above(
-    file: str, above: Sequence[Line], header_line: int, reading: Reading
+    file: str, above: TextLines, header_line: int, reading: Reading
 ) -> None:
     """Refuse lines above the headers that would be rows below them.
 
@@ -437,17 +512,17 @@ def _refuse_rows_above(
     header_line : number of the headers' line
     reading : how the table is read
     """
-    for line in above:
-        row = _fitted(_cells(line.text, reading.separator), len(reading.headers))
+    for number, line in zip(*above, strict=True):
+        row = _fitted(_cells(line, reading.separator), len(reading.headers))
         if row is not None and tuple(row) == reading.headers:
             raise TableError(
-                f"{file}: line {line.number} has the headers of line {header_line} "
+                f"{file}: line {number} has the headers of line {header_line} "
                 "already; delete one of them, and mend what stands between"
             )
         kinds = [kind_of(cell, reading.decimal) for cell in row or ()]
         if kinds and all(kind in VALUES for kind in kinds):
             raise TableError(
-                f"{file}: line {line.number} holds values like a row, above the "
+                f"{file}: line {number} holds values like a row, above the "
                 f"headers of line {header_line}: move it below them, or delete it"
             )
 
@@ -471,16 +546,18 @@ def _names_and_units(
     return names, units
 
 
-def _last_row(cells: Sequence[Sequence[str]], width: int, decimal: str) -> int:
+def _last_row(lines: Sequence[str], reading: Reading) -> int:
     """Return the index of the last row, also one cut short; text may stand below.
 
     A line of as many cells as headers, with several values, is a row that is wrong.
     """
-    for index in reversed(range(len(cells))):
-        kinds = [kind_of(cell, decimal) for cell in cells[index]]
+    width = len(reading.headers)
+    for index in reversed(range(len(lines))):
+        cells = _cells(lines[index], reading.separator)
+        kinds = [kind_of(cell, reading.decimal) for cell in cells]
         values = sum(kind in VALUES for kind in kinds)
         is_wide = len(kinds) >= width and values > 1
-        whole = "text" not in kinds or _fitted(cells[index], width) is not None
+        whole = "text" not in kinds or _fitted(cells, width) is not None
         if values and (whole or is_wide):
             return index
     raise AssertionError("a reading has a row of values")

@@ -14,6 +14,7 @@ from wearlab.tables.cells import (
     LIKE_THOUSANDS,
     TableError,
     number_in,
+    plain_numbers,
     why_no_number,
 )
 from wearlab.tables.dates import Dates, dates_of
@@ -109,17 +110,15 @@ class ReadTable:
         if self.is_decided or is_usual:
             return {}
         like_thousands = LIKE_THOUSANDS[self.decimal]
-        doubtful = {}
+        doubtful: dict[str, str] = {}
         for name, cells in self.cells.items():
-            with_sign = [
-                cell
-                for cell in cells
-                if self.decimal in cell and number_in(cell, self.decimal) is not None
-            ]
-            if not all(map(like_thousands.fullmatch, with_sign)):
-                return {}
-            if with_sign:
-                doubtful[name] = with_sign[0]
+            with_sign = [cell for cell in cells if self.decimal in cell]
+            for cell in with_sign:
+                is_like = like_thousands.fullmatch(cell) is not None
+                if not is_like and number_in(cell, self.decimal) is not None:
+                    return {}
+                if is_like:
+                    doubtful.setdefault(name, cell)
         return doubtful
 
     def as_read(self) -> "ReadTable":
@@ -217,6 +216,10 @@ class ReadTable:
         """
         if name in self._doubtful:
             raise TableError(next(d for d in self.doubts if f"column {name!r}" in d))
+        plain = plain_numbers(self.cells[name], self.decimal)
+        if plain is not None and max(map(abs, plain), default=0.0) <= LARGEST_NUMBER:
+            return np.array(plain)
+
         values = np.full(len(self), np.nan)
         for row, text in enumerate(self.cells[name]):
             number = number_in(text, self.decimal)
