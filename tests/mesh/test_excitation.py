@@ -227,6 +227,28 @@ def test_a_mesh_that_lags_repeats_the_first_later_on_the_clock(
     assert edges[entry] == pytest.approx(lag, abs=1e-12)
 
 
+@pytest.mark.parametrize("lags", [(0.0, 1 / 3, 2 / 3), (0.2, 0.2, 0.2)])
+def test_planets_that_are_alike_are_looked_up_once(lags, grid, analysis, nodes):
+    """Three planets, one after another or at once, take a third of the places, and
+    find what a mesh of their lag finds alone on the same clock.
+    """
+    planets = tuple(Mesh(0, lag, mesh_error(())) for lag in lags)
+    edges = breaks_on_clock([grid], planets)
+    steps = stage_grid(edges[:-1], 81, 6)
+    flanks = [MeshFlanks(analysis, nodes, None)]
+    at = sampling([grid], planets, edges, steps)
+    assert len(at.where[0].where.phase) == 3 * len(steps.width)
+    together = stage_tables(flanks, at, None)
+    for number, planet in enumerate(planets):
+        alone = stage_tables(flanks, sampling([grid], (planet,), edges, steps), None)
+        for found, expected in zip(
+            together.springs[:3], alone.springs[:3], strict=True
+        ):
+            np.testing.assert_allclose(
+                found[:, :, number], expected[:, :, 0], rtol=1e-10, atol=1e-16
+            )
+
+
 def test_own_phases_meet_the_clock_on_their_own_side_of_a_break(grid, analysis):
     lag = 0.62
     edges = breaks_on_clock(

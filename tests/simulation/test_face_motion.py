@@ -79,7 +79,7 @@ def test_springs_meet_the_contact_at_its_levels_and_between_by_their_distance_sq
     load = contact.analysis.load
 
     def missed(levels):
-        found = face_flanks(contact, none, static, levels)
+        found = face_flanks(contact, none, static, levels=levels)
         springs = found.springs(contact.grid.phase)
         assert (springs.stiffness >= 0.0).all()
 

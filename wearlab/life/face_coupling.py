@@ -98,7 +98,7 @@ class FaceCoupling(OneCondition):
     """Planets whose flanks have a width wear alike."""
 
     kinds: tuple[FaceKind, ...]  # type: ignore[assignment]
-    _last: list[LineLoads] = field(
+    _last: list[FaceState] = field(
         default_factory=list, init=False, repr=False, compare=False
     )
 
@@ -143,7 +143,7 @@ class FaceCoupling(OneCondition):
 
     def _in_contact(self, wear: Wear) -> list[FaceState]:
         """Return the states of all kinds of mesh under their static load, at rest."""
-        near: Sequence[LineLoads | None] = self._last or [None] * len(self.kinds)
+        near: Sequence[FaceState | None] = self._last or [None] * len(self.kinds)
         states: list[FaceState] = []
         for kind, depth, last in zip(self.kinds, wear, near, strict=True):
             if not kind.is_loaded:
@@ -153,16 +153,17 @@ class FaceCoupling(OneCondition):
             worn = effective_wear(kind.patch, depth)
             contact = kind.contact
             try:
-                loads = contact.solve(worn, last)
+                loads = contact.solve(worn, None if last is None else last.loads)
             except stiffness.SectionVanished as error:
                 raise limits.StopWear(str(error)) from error
-            flanks = (
-                None if self.vibration is None else face_flanks(contact, worn, loads)
-            )
+            flanks = None
+            if self.vibration is not None:
+                near_flanks = None if last is None else last.flanks
+                flanks = face_flanks(contact, worn, loads, near_flanks)
             states.append(
                 FaceState(depth, loads, contact.grid.at_nodes(loads.load), None, flanks)
             )
-        self._last[:] = [state.loads for state in states]
+        self._last[:] = states
         self.account.counts["contact_analyses"] += 1
         return states
 
@@ -189,7 +190,8 @@ class FaceCoupling(OneCondition):
                 drive = normal_forces(
                     springs, Deflections(*row), dashpot
                 ).pair_normal.sum(axis=-1)
-                mean += grid.at_nodes(kind.contact.solve(worn, state.loads, drive).load)
+                loads = kind.contact.solve(worn, state.loads, drive, stiffness=False)
+                mean += grid.at_nodes(loads.load)
                 rows += 1
         return np.asarray(mean / rows)
 

@@ -26,6 +26,8 @@ from wearlab.mesh.profile import (
 
 INTO_SEGMENT = 1e-6
 """How far a phase is moved towards the middle of its segment, over the distance."""
+ROUNDED = 1e-12
+"""Difference of phases that is rounding [1]."""
 
 
 class Mesh(NamedTuple):
@@ -54,6 +56,61 @@ class Instants(NamedTuple):
 
     phase: Array
     segment: Index
+
+
+class StepLookup(NamedTuple):
+    """Where the meshes of a kind are within steps; meshes that are alike share a place.
+
+    Planets meet the same phases, all at once or one after another.
+
+    Parameters
+    ----------
+    where : look-up of all phases of some steps, one step after another
+    number : (n_meshes, n) which of them each mesh meets in each step
+    """
+
+    where: Lookup
+    number: Index
+
+    def by_mesh(self, values: Array, stages: int) -> Array:
+        """Return values at the phases looked up as those of all meshes.
+
+        Parameters
+        ----------
+        values : (n_looked_up · stages, …)
+        stages : phases of a step
+
+        Returns
+        -------
+        (n, stages, n_meshes, …)
+        """
+        of_steps = values.reshape(-1, stages, *values.shape[1:])
+        return np.moveaxis(of_steps[self.number], 0, 2)
+
+    def each_once(self, stages: int) -> "StepLookup":
+        """Return the look-up in which steps that are alike stand once.
+
+        Parameters
+        ----------
+        stages : phases of a step
+        """
+        where = self.where
+        phases = np.round(where.phase.reshape(-1, stages) / ROUNDED).astype(np.int64)
+        segment = where.segment[::stages]
+        _, first, same = np.unique(
+            np.column_stack([segment, phases]),
+            axis=0,
+            return_index=True,
+            return_inverse=True,
+        )
+        kept = (first[:, None] * stages + np.arange(stages)).ravel()
+        once = Lookup(
+            phase=where.phase[kept],
+            segment=where.segment[kept],
+            offset=where.offset[kept],
+            weight=where.weight[kept],
+        )
+        return StepLookup(once, same.ravel()[self.number])
 
 
 def of_kind(meshes: Sequence[Mesh], kind: int) -> Index:
@@ -101,7 +158,7 @@ def locate(grid: ProfileGrid, lags: Sequence[float], phase: Array) -> Lookup:
 
 
 def locate_within_steps(
-    grid: ProfileGrid, lags: Sequence[float], phase: Array, middle: Array
+    grid: ProfileGrid, lags: Sequence[float] | Array, phase: Array, middle: Array
 ) -> Lookup:
     """Locate clock phases within steps among the nodes, for one mesh after another.
 
@@ -125,7 +182,7 @@ def locate_within_steps(
 
 def locate_kinds_within_steps(
     grids: Sequence[ProfileGrid], meshes: Sequence[Mesh], phase: Array, middle: Array
-) -> tuple[Lookup, ...]:
+) -> tuple[StepLookup, ...]:
     """Locate clock phases for the meshes of every kind, see `locate_within_steps`.
 
     Parameters
@@ -137,7 +194,10 @@ def locate_kinds_within_steps(
     lookups = []
     for kind, grid in enumerate(grids):
         lags = [mesh.lag for mesh in meshes if mesh.kind == kind]
-        lookups.append(locate_within_steps(grid, lags, phase, middle))
+        distinct_lags, same = np.unique(lags, return_inverse=True)
+        where = locate_within_steps(grid, distinct_lags, phase, middle)
+        number = np.arange(len(distinct_lags) * len(phase)).reshape(-1, len(phase))
+        lookups.append(StepLookup(where, number[same]))
     return tuple(lookups)
 
 
@@ -203,8 +263,7 @@ class Sampling(NamedTuple):
     grid : the steps, on the clock
     edges : (n_segments + 1,) breaks of the clock between which every mesh is smooth [1]
     meshes : the meshes
-    where : for each kind of mesh, look-up of the (n_steps · 3) stages, one mesh of the
-        kind after another
+    where : for each kind of mesh, look-up of the stages of its steps
     sliding : (n_steps, 3, n_mesh, n_pairs) Λμ of every pair at the stages, 0 out of the
         path; None: no friction [1]
     moment : (n_steps, 3, n_mesh, n_pairs) Λμ times the path position as the model
@@ -216,7 +275,7 @@ class Sampling(NamedTuple):
     grid: stages.StageGrid
     edges: Array
     meshes: tuple[Mesh, ...]
-    where: tuple[Lookup, ...]
+    where: tuple[StepLookup, ...]
     sliding: Array | None = None
     moment: Array | None = None
 
@@ -239,7 +298,9 @@ def sampling(
     friction : of the flanks; None: they slide without
     """
     middle = grid.start + 0.5 * grid.width
-    where = locate_kinds_within_steps(grids, meshes, grid.phase, middle)
+    stages = grid.phase.shape[1]
+    located = locate_kinds_within_steps(grids, meshes, grid.phase, middle)
+    where = tuple(lookup.each_once(stages) for lookup in located)
     if friction is None:
         return Sampling(grid, edges, meshes, where)
 
@@ -249,9 +310,8 @@ def sampling(
     moment = np.zeros(shape)
 
     for kind, (nodes, lookups) in enumerate(zip(grids, where, strict=True)):
-        position = interpolate(nodes, lookups, nodes.contact_position, np.nan)
-        by_mesh = position.reshape(-1, *grid.phase.shape, nodes.n_pairs)
-        s = by_mesh.transpose(1, 2, 0, 3)
+        position = interpolate(nodes, lookups.where, nodes.contact_position, np.nan)
+        s = lookups.by_mesh(position, stages)
 
         # sliding turns at the pitch point, where steps end: within a step it has the
         # sense of its middle stage

@@ -36,17 +36,33 @@ class Sharing(NamedTuple):
     ----------
     matrix : (n_pairs, n_pairs) C, inf on the diagonal of an absent pair [m/N]
     active : (n_pairs,) which pairs touch
-    unit, offset : (n_pairs,) forces ``unit δ − offset`` [N/m], [N]
-    equations : (n_pairs, n_pairs + 2) room for the equations of the pairs that touch
-    pair_of_row : (n_pairs,) which pair each of these equations belongs to
+    unit, offset : (n_pairs,) forces ``unit δ − offset``, 0 of pairs that do not touch
+        [N/m], [N]
+    inverse : (n_pairs, n_pairs) C⁻¹ of the pairs that touch [N/m]
+    relief : (n_pairs,) by how much the force of the next pair relieves each of them [1]
     """
 
     matrix: Array
     active: Flags
     unit: Array
     offset: Array
-    equations: Array
-    pair_of_row: Index
+    inverse: Array
+    relief: Array
+
+
+class Engagement(NamedTuple):
+    """How one more pair touches.
+
+    Parameters
+    ----------
+    slope, level : without a force of its own its flanks are ``slope δ − level`` into
+        each other [1], [m]
+    compliance : of the pair, what the others relieve of it taken off [m/N]
+    """
+
+    slope: float
+    level: float
+    compliance: float
 
 
 def _empty_sharing(n_pairs: int) -> Sharing:
@@ -56,8 +72,8 @@ def _empty_sharing(n_pairs: int) -> Sharing:
         active=np.zeros(n_pairs, np.bool_),
         unit=np.zeros(n_pairs),
         offset=np.zeros(n_pairs),
-        equations=np.zeros((n_pairs, n_pairs + 2)),
-        pair_of_row=np.zeros(n_pairs, np.int64),
+        inverse=np.zeros((n_pairs, n_pairs)),
+        relief=np.zeros(n_pairs),
     )
 
 
@@ -116,8 +132,10 @@ def _fill_shares(  # type: ignore[no-untyped-def]
 def _begin(compliance, cross, pairs):  # type: ignore[no-untyped-def]
     """Fill the compliance matrix of one phase, and let no pair touch."""
     matrix = pairs.matrix
-    pairs.active[:] = False
     for p in range(len(compliance)):
+        pairs.active[p] = False
+        pairs.unit[p] = 0.0
+        pairs.offset[p] = 0.0
         matrix[p, p] = compliance[p]
         for q in range(p):
             distance = p - 1 - q
@@ -146,34 +164,46 @@ def eliminate(equations, n):  # type: ignore[no-untyped-def]
 
 @jit_inner(counted=False)
 def _touch(gap, pairs, following):  # type: ignore[no-untyped-def]
-    """Let one more pair touch, and fill the forces ``F_A = unit δ − offset``.
+    """Let one more pair touch: fill the forces ``F_A = unit δ − offset``.
 
-    They solve ``C_AA [unit, offset] = [1, g_A]`` for the pairs A that touch.
+    They solve ``C_AA [unit, offset] = [1, g_A]`` for the pairs A that touch. A pair
+    borders that matrix by a row and a column, its inverse follows without elimination.
+    Returns how the pair touches.
     """
-    matrix, active, unit, offset, equations, pair_of_row = pairs
-    active[following] = True
-    unit[:] = 0.0
-    offset[:] = 0.0
+    matrix = pairs.matrix
+    inverse = pairs.inverse
+    relief = pairs.relief
+    n_pairs = len(gap)
+    slope = 1.0
+    level = gap[following]
+    compliance = matrix[following, following]
+    for p in range(n_pairs):
+        relief[p] = 0.0
+        if not pairs.active[p]:
+            continue
+        for q in range(n_pairs):
+            if pairs.active[q]:
+                relief[p] += inverse[p, q] * matrix[q, following]
+        shared = matrix[following, p]
+        slope -= shared * pairs.unit[p]
+        level -= shared * pairs.offset[p]
+        compliance -= shared * relief[p]
 
-    n_touching = 0
-    for p in range(len(gap)):
-        if active[p]:
-            pair_of_row[n_touching] = p
-            n_touching += 1
-
-    for row in range(n_touching):
-        p = pair_of_row[row]
-        for column in range(n_touching):
-            equations[row, column] = matrix[p, pair_of_row[column]]
-        equations[row, n_touching] = 1.0
-        equations[row, n_touching + 1] = gap[p]
-
-    eliminate(equations, n_touching)
-
-    for row in range(n_touching):
-        p = pair_of_row[row]
-        unit[p] = equations[row, n_touching]
-        offset[p] = equations[row, n_touching + 1]
+    relief[following] = -1.0
+    pairs.active[following] = True
+    for q in range(n_pairs):
+        inverse[following, q] = 0.0
+        inverse[q, following] = 0.0
+    for p in range(n_pairs):
+        if not pairs.active[p]:
+            continue
+        share_of_force = relief[p] / compliance
+        pairs.unit[p] -= share_of_force * slope
+        pairs.offset[p] -= share_of_force * level
+        for q in range(n_pairs):
+            if pairs.active[q]:
+                inverse[p, q] += share_of_force * relief[q]
+    return Engagement(slope, level, compliance)
 
 
 @jit_inner(counted=False)
@@ -249,11 +279,8 @@ def equivalent_springs(
     else:
         pairs = _empty_sharing(n_pairs)
         order = np.empty(n_pairs, np.int64)
-        previous_unit = np.empty(n_pairs)
         springs = stiffness, level, part
-        _fill_springs(
-            compliance, gap, cross, stages, pairs, order, previous_unit, springs
-        )
+        _fill_springs(compliance, gap, cross, stages, pairs, order, springs)
     return stiffness, level, part
 
 
@@ -273,7 +300,7 @@ def _fill_uncoupled(  # type: ignore[no-untyped-def]
 
 @jit(counted=False)
 def _fill_springs(  # type: ignore[no-untyped-def]
-    compliance, gap, cross, stages, pairs, order, previous_unit, springs
+    compliance, gap, cross, stages, pairs, order, springs
 ):
     """Fill what `equivalent_springs` returns of pairs that share compliance."""
     stiffness, level, part = springs
@@ -283,9 +310,7 @@ def _fill_springs(  # type: ignore[no-untyped-def]
             _begin(compliance[middle], cross[middle], pairs)
             _fill_order(gap[middle], pairs, order)
         _begin(compliance[i], cross[i], pairs)
-        _fill_coupled(
-            gap[i], pairs, order, previous_unit, stiffness[i], level[i], part[i]
-        )
+        _fill_coupled(gap[i], pairs, order, stiffness[i], level[i], part[i])
 
 
 @jit_inner(counted=False)
@@ -301,24 +326,23 @@ def _fill_order(gap, pairs, order):  # type: ignore[no-untyped-def]
 
 @jit_inner(counted=False)
 def _fill_coupled(  # type: ignore[no-untyped-def]
-    gap, pairs, order, previous_unit, stiffness, level, part
+    gap, pairs, order, stiffness, level, part
 ):
     """Fill the springs of one phase: each is what one more touching pair adds.
 
     Loops run over single values, since slices of unequal lengths take numba seconds to
     compile.
     """
-    previous_unit[:] = 0.0
     for rank in range(len(order)):
         p = order[rank]
         if p < 0 or not (pairs.matrix[p, p] < np.inf and gap[p] < np.inf):
             continue
-        level[rank] = _contact_at(gap, pairs, p)
-        _touch(gap, pairs, p)
-        stiffness[rank] = pairs.unit.sum() - previous_unit.sum()
+        engagement = _touch(gap, pairs, p)
+        slope = engagement.slope
+        level[rank] = engagement.level / slope if slope > 0.0 else np.inf
+        stiffness[rank] = slope * slope / engagement.compliance
         for q in range(len(order)):
-            part[rank, q] = pairs.unit[q] - previous_unit[q]
-            previous_unit[q] = pairs.unit[q]
+            part[rank, q] = -pairs.relief[q] * slope / engagement.compliance
 
 
 class Nodes(NamedTuple):

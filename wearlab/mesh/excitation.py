@@ -124,7 +124,7 @@ def errors_of(
 def of_meshes(
     kinds: Sequence[Flanks],
     meshes: Sequence[clock.Mesh],
-    at: Sequence[profile.Lookup],
+    at: Sequence[clock.StepLookup],
     shape: Sequence[int],
 ) -> Springs:
     """Return the springs of all meshes at instants, (*shape, n_mesh[, n_pairs]).
@@ -133,23 +133,22 @@ def of_meshes(
     ----------
     kinds : the flanks of each kind of mesh
     meshes : the meshes
-    at : of each kind, look-up of these instants, one mesh of the kind after another
+    at : of each kind, look-up of these instants
     shape : of the instants (n, n_stages); the stages have one order of engagement, see
         `equivalent_springs`
     """
     of_kinds = []
-    for flanks, where in zip(kinds, at, strict=True):
-        of_kinds.append(pair_springs(flanks, where, shape[-1]))
+    for flanks, lookup in zip(kinds, at, strict=True):
+        of_kinds.append(pair_springs(flanks, lookup.where, shape[-1]))
     table = _empty_table(of_kinds, (*shape, len(meshes)))
 
     for kind, springs in enumerate(of_kinds):
         numbers = clock.of_kind(meshes, kind)
         n_pairs = springs.stiffness.shape[-1]
 
-        def placed(values: Array, n_meshes: int = len(numbers)) -> Array:
-            """Return values of a kind, mesh after mesh, as (*shape, n_meshes, …)."""
-            by_mesh = values.reshape(n_meshes, *shape, *values.shape[1:])
-            return np.moveaxis(by_mesh, 0, len(shape))
+        def placed(values: Array, lookup: clock.StepLookup = at[kind]) -> Array:
+            """Return values of a kind as (*shape, n_meshes, …)."""
+            return lookup.by_mesh(values, shape[-1])
 
         table.stiffness[..., numbers, :n_pairs] = placed(springs.stiffness)
         table.gap[..., numbers, :n_pairs] = placed(springs.gap)

@@ -102,7 +102,7 @@ def on_solid(gap, solid, hertz, force=FORCE):
     gap = np.asarray(gap)[:, None]
     start = np.zeros((1, 1, n))
     load, approach, tangent = solve_phases(
-        slices, section, gap, np.array([force]), start, None, solid[None, None]
+        slices, section, gap, np.array([force]), start, None, solid[None, None], True
     )
     return load[0, 0], approach[0], tangent[0]
 

@@ -39,6 +39,7 @@ def pressed(
         np.zeros((1, 1, n)),
         layer_of(slices, middle, body, shear_length),
         None,
+        True,
     )
     return load[0, 0], approach[0], tangent[0], width
 

@@ -158,7 +158,7 @@ class LineLoads(NamedTuple):
     Parameters
     ----------
     deflection : (n_phases,) static transmission error δ, at mid-face [m]
-    tangent : (n_phases,) mesh stiffness [N/m]
+    tangent : (n_phases,) mesh stiffness, NaN where it was not asked for [N/m]
     load : (n_phases, n_lines, n_face) force in the plane of action per face width,
         which is also the normal load per length of line [N/m]
     unloaded : (n_phases,) unloaded transmission error, the least gap [m]
@@ -328,6 +328,8 @@ class FaceContact:
         wear: Array,
         near: LineLoads | None = None,
         force: Array | float | None = None,
+        *,
+        stiffness: bool = True,
     ) -> LineLoads:
         """Return the line loads of flanks worn by (2, n_face, n) [m].
 
@@ -337,6 +339,7 @@ class FaceContact:
         near : loads in a neighbouring state, to start from
         force : in the plane of action, one or (n_phases,); None: the static load of the
             mesh [N]
+        stiffness : whether the mesh stiffness is asked for
 
         Raises
         ------
@@ -356,6 +359,7 @@ class FaceContact:
             np.zeros(grid.node.shape) if near is None else near.load,
             self._layer,
             None if self.solid is None else self.solid.compliance,
+            stiffness,
         )
 
         self._require_balance(load, forces)
@@ -467,6 +471,7 @@ class FaceFlanks(NamedTuple):
     force : (n_levels,) [N]
     deflection : (n_levels + 1, n_phases) under no force, and under these [m]
     rate : (n_phases,) mean rate of the gaps that touch, by phase [m]
+    loads : (n_levels,) under these forces
     """
 
     analysis: ContactAnalysis
@@ -474,6 +479,7 @@ class FaceFlanks(NamedTuple):
     force: Array
     deflection: Array
     rate: Array
+    loads: tuple[LineLoads, ...]
     series: None = None
 
     def springs(self, phase: Array) -> Springs:
@@ -512,6 +518,7 @@ def face_flanks(
     contact: FaceContact,
     wear: Array,
     static: LineLoads,
+    near: FaceFlanks | None = None,
     levels: Sequence[float] = LEVELS,
 ) -> FaceFlanks:
     """Return flanks worn by (2, n_face, n) [m], with their force over the deflection.
@@ -521,19 +528,26 @@ def face_flanks(
     contact : over the face
     wear : effective wear of the mesh [m]
     static : loads under the static force
+    near : the same flanks in a neighbouring wear state, whose loads to start from
     levels : forces over the static one at which springs and contact agree [1]
     """
     load = contact.analysis.load
     force = load * np.array(levels)
-    state = static
-    rows = [static.unloaded]
-    for level in force:
-        state = static if level == load else contact.solve(wear, state, float(level))
-        rows.append(state.deflection)
+    loads: list[LineLoads] = []
+    for number, level in enumerate(force):
+        if level == load:
+            loads.append(static)
+            continue
+        start = loads[-1] if loads else static
+        if near is not None:
+            start = near.loads[number]
+        loads.append(contact.solve(wear, start, float(level), stiffness=False))
+    rows = [static.unloaded, *(state.deflection for state in loads)]
     return FaceFlanks(
         analysis=contact.analysis,
         contact=contact,
         force=force,
         deflection=np.maximum.accumulate(np.stack(rows)),
         rate=contact.gap_rate(wear, static),
+        loads=tuple(loads),
     )

@@ -181,6 +181,7 @@ def solve_phases(
     start: Array,
     layer: ShearLayer | None,
     solid: Array | None,
+    stiffness: bool,
 ) -> tuple[Array, Array, Array]:
     """Return line loads, deflection and stiffness of every phase.
 
@@ -194,12 +195,13 @@ def solve_phases(
     layer : in which slices hold each other
     solid : (n_phases, n_lines, n_face, n_face) compliance of slices to forces on
         slices, in its place [m/N]
+    stiffness : whether dF/dδ is asked for, which takes as long as an iteration
 
     Returns
     -------
     load : (n_phases, n_lines, n_face) w [N/m]
-    deflection, tangent : (n_phases,) δ [m] and dF/dδ, the contact's compliance held
-        [N/m]
+    deflection, tangent : (n_phases,) δ [m] and dF/dδ, the contact's compliance held,
+        NaN where it is not asked for [N/m]
 
     References
     ----------
@@ -209,7 +211,7 @@ def solve_phases(
     n_phases, n_lines, n_face = slices.node.shape
     line_load = start.copy()
     deflection = np.empty(n_phases)
-    tangent = np.empty(n_phases)
+    tangent = np.full(n_phases, np.nan)
     lines = _lines(n_lines, n_face, 0 if solid is None else n_face)
 
     for i in range(n_phases):
@@ -224,9 +226,12 @@ def solve_phases(
         lines.changed[:] = True
         converged = False
         for iteration in range(MAX_ITERATIONS + 1):
+            if converged and not stiffness:
+                break
             _respond(i, slices, section, gap, load, layer, solid, converged, lines)
-            approach, tangent[i] = _balance(force[i], lines)
+            approach, slope = _balance(force[i], lines)
             if converged:  # this time the contact's compliance was held
+                tangent[i] = slope
                 break
             deflection[i] = approach
 
