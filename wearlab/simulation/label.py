@@ -179,14 +179,19 @@ def with_results(
         error is raised
     added : names of the results of plug-ins that the run has besides
     """
+    found: dict[str, xr.Variable] = {}  # assigned at once: that takes milliseconds
     for result in (
         *results.RESULTS.values(),
         *(results.OF_PLUGINS[name] for name in added),
     ):
+        if not found.keys().isdisjoint(result.needs):
+            run = run.assign(found)
+            found = {}
         if all(name in run for name in result.needs):
             variable = diagnosed(result.name, failures, None, _variable, result, run)
-            run = run if variable is None else run.assign({result.name: variable})
-    return run
+            if variable is not None:
+                found[result.name] = variable
+    return run.assign(found) if found else run
 
 
 BESIDE = ("duty", "stage", "error_angle", "face")

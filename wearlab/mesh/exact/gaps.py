@@ -309,12 +309,13 @@ class _TurnedFlanks(NamedTuple):
         """
         gamma1, R1, lam1 = self.driving
         gamma2, R2, lam2 = self.driven
-        turned = gamma2 + lam2 - lam1[rows, None]
-        x1 = R1 * np.cos(gamma1)
-        y1 = R1 * np.sin(gamma1)
-        n = self.side * R2 * np.cos(turned) - x1[rows, None]
-        u = self.side * R2 * np.sin(turned) - y1[rows, None]
-        return n, u
+        across = self.side * R2 * np.cos(gamma2 + lam2)
+        along = self.side * R2 * np.sin(gamma2 + lam2)
+        cos = np.cos(lam1[rows, None])
+        sin = np.sin(lam1[rows, None])
+        x1 = (R1 * np.cos(gamma1))[rows, None]
+        y1 = (R1 * np.sin(gamma1))[rows, None]
+        return across * cos + along * sin - x1, along * cos - across * sin - y1
 
 
 def algorithm_1(

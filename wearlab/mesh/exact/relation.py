@@ -3,6 +3,7 @@
 from typing import NamedTuple
 
 import numpy as np
+from scipy.optimize import brentq
 
 from wearlab.arrays import Array, Flags, Index
 from wearlab.gears.gear import GearPair
@@ -223,6 +224,8 @@ def contact_loss(pair: GearPair, angles: Array, engaged: Flags) -> Array:
 
 AGREEMENT = 0.05
 SHALLOWEST, DEEPEST = 1e-8, 1e-3
+SAME_DEPTH = 1e-8
+"""Difference of depths, over the depth, that is none [1]."""
 
 
 def first_order_excess(flanks: WornFlanks, wear: Array) -> float:
@@ -269,14 +272,27 @@ def depth_of_disagreement(
         except SectionVanished:
             return np.inf
 
-    low, high = SHALLOWEST, DEEPEST
-    beyond = excess(high)
+    deepest = DEEPEST
+    beyond = excess(deepest)
     if beyond < share:
         return np.inf
-    for _ in range(30):
-        middle = float(np.sqrt(low * high))
+    shallowest = SHALLOWEST
+    while not np.isfinite(beyond) and deepest > (1.0 + SAME_DEPTH) * shallowest:
+        middle = float(np.sqrt(shallowest * deepest))
         found = excess(middle)
-        low, high, beyond = (
-            (middle, high, beyond) if found < share else (low, middle, found)
-        )
-    return high if beyond < np.inf else np.inf
+        if found < share:
+            shallowest = middle
+        else:
+            deepest = middle
+            beyond = found
+    if not np.isfinite(beyond):
+        return np.inf
+    if excess(shallowest) >= share:
+        return shallowest
+    logarithm = brentq(
+        lambda log_depth: excess(float(np.exp(log_depth))) - share,
+        np.log(shallowest),
+        np.log(deepest),
+        xtol=SAME_DEPTH,
+    )
+    return float(np.exp(logarithm))
