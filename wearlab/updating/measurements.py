@@ -194,6 +194,10 @@ class MeasuredColumns:
         unit : SI unit of the numbers
         """
         texts = self.table.cells[self.names[role]]
+        if "<" not in "".join(texts):
+            numbers = self.numbers(role, unit, empty=True)
+            return numbers, np.full_like(numbers, np.nan)
+
         less = np.array([text.startswith("<") for text in texts], bool)
         bare = {self.names[role]: tuple(text.lstrip("< ") for text in texts)}
         self.table = replace(self.table, cells={**self.table.cells, **bare})
