@@ -5,6 +5,7 @@ import pytest
 
 from wearlab.accuracy.equation import Motion, motion_of, motion_within
 from wearlab.accuracy.steady import Steady, steady
+from wearlab.mesh.clock import StepLookup
 from wearlab.mesh.excitation import stage_tables
 from wearlab.scene import Scene
 
@@ -15,7 +16,8 @@ def by_hand(problem: Steady, time: float, y: np.ndarray) -> np.ndarray:
     system = problem.vibration.system
     phase = (time / vibration.period) % 1.0
     where = problem.parts.locate(0, np.array([phase]))
-    stages = vibration.sampling._replace(grid=_one_step(phase), where=(_thrice(where),))
+    only = StepLookup(_thrice(where), np.zeros((1, 1), np.int64))
+    stages = vibration.sampling._replace(grid=_one_step(phase), where=(only,))
     tables = stage_tables(problem.kinds, stages, None)
     k = tables.stiffness[0, 0, 0]
     g = tables.gap[0, 0, 0]
