@@ -92,21 +92,22 @@ def jit_inner(
     function: Callable[..., Any] | None = None,
     *,
     counted: bool = True,
-    forceinline: bool = False,
+    inline: bool = False,
 ) -> Callable[..., Any]:
     """Compile a kernel that only kernels call: it is part of theirs, also on disk.
 
     Parameters
     ----------
     counted : see `jit`
-    forceinline : become part of every caller, however large. For kernels called at
-        every step that are handed tuples: a call hands these over by value, seven words
-        an array or more, and indexes them in memory, which takes four times as long,
-        and fifteen times where it is called for every part of a step
+    inline : become part of every caller, however large, before it is compiled. For
+        kernels called at every step that are handed tuples: a call hands these over by
+        value, seven words an array or more, and indexes them in memory, which takes
+        four times as long, and fifteen times where it is called for every part of a
+        step. A kernel with one caller is compiled once less
     """
     options = COUNTED if counted else UNCOUNTED
     compiled: Callable[..., Any] = numba.njit(
-        function, forceinline=forceinline, **options
+        function, inline="always" if inline else "never", **options
     )
     return compiled
 

@@ -269,7 +269,7 @@ def motion_in_cell(equation: Any, cell: int, phase: float, y: Any, out: Any) -> 
         _subtract_mesh(equation, m, force, rubbed, moment, out)
 
 
-@jit_inner(forceinline=True)
+@jit_inner(inline=True)
 def _move_without_meshes(equation: Any, y: Any, out: Any) -> None:
     """Write the rates, and the accelerations by loads and supports."""
     n = len(equation.push)
@@ -283,7 +283,7 @@ def _move_without_meshes(equation: Any, y: Any, out: Any) -> None:
         out[n + row] = a
 
 
-@jit_inner(forceinline=True)
+@jit_inner(inline=True)
 def _press_springs(
     equation: Any,
     mesh: Any,
@@ -328,7 +328,7 @@ def _press_springs(
     return mesh_stiffness, touching_stiffness
 
 
-@jit_inner(forceinline=True)
+@jit_inner(inline=True)
 def _forces_of_pairs(
     equation: Any,
     mesh: Any,
@@ -360,7 +360,7 @@ def _forces_of_pairs(
     return force, rubbed, moment
 
 
-@jit_inner(forceinline=True)
+@jit_inner(inline=True)
 def _subtract_mesh(
     equation: Any,
     m: int,

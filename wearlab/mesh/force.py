@@ -184,7 +184,8 @@ def _fill_forces(
 
             reserve = -np.inf
             if dashpot.always:
-                pressed[:] = pair
+                for p in range(pairs):
+                    pressed[p] = pair[p]
             else:
                 reserve = _press_pairs(
                     dashpot.law,

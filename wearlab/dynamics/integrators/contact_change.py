@@ -126,7 +126,7 @@ def _expand(series: Any, held: Any, mesh: Any, inputs: Any, h: float) -> int:
     return TERMS
 
 
-@jit_inner(counted=False, forceinline=True)
+@jit_inner(counted=False, inline=True)
 def _start_term(series: Any, j: int, h: float) -> None:
     """Write ``−h² K q_j − h (j + 1) C q_{j+1}`` as term j + 2."""
     terms = series.terms
@@ -140,7 +140,7 @@ def _start_term(series: Any, j: int, h: float) -> None:
             term[row, col] = -square * term[row, col] - rate * series.product[row, col]
 
 
-@jit_inner(counted=False, forceinline=True)
+@jit_inner(counted=False, inline=True)
 def _add_channels(series: Any, mesh: Any, j: int, h: float) -> None:
     """Subtract the accelerations by the channels' forces from term j + 2.
 
@@ -178,7 +178,7 @@ def _add_channels(series: Any, mesh: Any, j: int, h: float) -> None:
                     term[row, col] -= enters[c, row] * force[col]
 
 
-@jit_inner(counted=False, forceinline=True)
+@jit_inner(counted=False, inline=True)
 def _add_inputs(series: Any, held: Any, inputs: Any, j: int, h: float) -> None:
     """Add the accelerations by the inputs to term j + 2, j < 3.
 
@@ -428,7 +428,7 @@ def next_change(
     return earliest, changed_mesh, changed_flank
 
 
-@jit_inner(counted=False, forceinline=True)
+@jit_inner(counted=False, inline=True)
 def _may_touch(flanks: Any, step: int, m: int, p: int) -> bool:
     """Whether a spring is in the path of contact, or a mesh has a back flank."""
     if p < len(flanks.meshes.pairs):
@@ -436,14 +436,14 @@ def _may_touch(flanks: Any, step: int, m: int, p: int) -> bool:
     return bool(flanks.meshes.backlash[m] != np.inf)
 
 
-@jit_inner(counted=False, forceinline=True)
+@jit_inner(counted=False, inline=True)
 def _may_cease_to_push(flanks: Any, m: int, p: int) -> bool:
     """Whether a pair touches and may not pull."""
     law = flanks.scratch.law[0, :, m, p]
     return bool(flanks.meshes.gated[m] and law[1, STIFFNESS] != 0.0)
 
 
-@jit_inner(counted=False, forceinline=True)
+@jit_inner(counted=False, inline=True)
 def _course_of_touch(
     sensed: Any,
     flanks: Any,
@@ -468,7 +468,7 @@ def _course_of_touch(
     course_of(sensed, m, k, b, offset, h, sign, terms, course)
 
 
-@jit_inner(counted=False, forceinline=True)
+@jit_inner(counted=False, inline=True)
 def _course_of_push(
     sensed: Any,
     flanks: Any,
@@ -545,7 +545,7 @@ def renew_contact(
         _move_tangents(kernel, m, approach, w, states, j)
 
 
-@jit_inner(counted=False, forceinline=True)
+@jit_inner(counted=False, inline=True)
 def _force_of_channel(
     scratch: Any, c: int, channels: int, place: float, speed: float
 ) -> float:
@@ -557,7 +557,7 @@ def _force_of_channel(
     return force
 
 
-@jit_inner(counted=False, forceinline=True)
+@jit_inner(counted=False, inline=True)
 def _move_tangents(
     kernel: Any,
     m: int,

@@ -91,7 +91,7 @@ def fill_tangents_of_mesh(
         scratch.pushes[m, p] = True
 
 
-@jit_inner(counted=False, forceinline=True)
+@jit_inner(counted=False, inline=True)
 def _nearest_pair(
     flanks: Any,
     step: int,
@@ -123,7 +123,7 @@ def _nearest_pair(
     return touches, lead, clearance
 
 
-@jit_inner(counted=False, forceinline=True)
+@jit_inner(counted=False, inline=True)
 def _linearise_pair(
     damping: Any,
     m: int,
@@ -146,7 +146,7 @@ def _linearise_pair(
     law[OFFSET] = k * place + b * speed - normal
 
 
-@jit_inner(counted=False, forceinline=True)
+@jit_inner(counted=False, inline=True)
 def _linearise_back_flank(
     damping: Any,
     m: int,
@@ -232,7 +232,7 @@ def fill_tangents_of_step(flanks: Any, step: int, a: float, b: float) -> bool:
     return unchanged
 
 
-@jit_inner(counted=False, forceinline=True)
+@jit_inner(counted=False, inline=True)
 def _has_force(law: Any) -> bool:
     """Whether a flank exerts a force that depends on the motion."""
     return bool(law[STIFFNESS] != 0.0 or law[DAMPING] != 0.0)

@@ -55,7 +55,7 @@ def slope_within(table: Any, x: float) -> float:
     )
 
 
-@jit_inner(counted=False, forceinline=True)
+@jit_inner(counted=False, inline=True)
 def of_mesh(
     table: Any,
     step: int,
@@ -75,7 +75,7 @@ def of_mesh(
     return table[step, stage, m] if stage >= 0 else within(table[step, :, m], x)
 
 
-@jit_inner(counted=False, forceinline=True)
+@jit_inner(counted=False, inline=True)
 def of_pair(
     table: Any,
     step: int,
@@ -95,7 +95,7 @@ def of_pair(
     return table[step, stage, m, p] if stage >= 0 else within(table[step, :, m, p], x)
 
 
-@jit_inner(counted=False, forceinline=True)
+@jit_inner(counted=False, inline=True)
 def in_path(tables: Any, step: int, m: int, p: int) -> bool:
     """Whether a spring is in the path of contact at any time of the step.
 
@@ -108,7 +108,7 @@ def in_path(tables: Any, step: int, m: int, p: int) -> bool:
     return k[step, 1, m, p] > 0.0 or k[step, 0, m, p] > 0.0 or k[step, 2, m, p] > 0.0
 
 
-@jit_inner(counted=False, forceinline=True)
+@jit_inner(counted=False, inline=True)
 def motion_of(
     structure: Any, m: int, w: Any, states: Any, i: Any
 ) -> tuple[float, float]:
@@ -271,7 +271,7 @@ def fill_laws_of_mesh(
             rub[p, 1] = of_pair(tables.moment, step, stage, m, p, x)
 
 
-@jit_inner(counted=False, forceinline=True)
+@jit_inner(counted=False, inline=True)
 def _fill_springs(
     flanks: Any,
     step: int,
@@ -317,7 +317,7 @@ def _fill_springs(
     return stiffness, touching_stiffness
 
 
-@jit_inner(counted=False, forceinline=True)
+@jit_inner(counted=False, inline=True)
 def _fill_back_flank(
     flanks: Any, m: int, stiffness: float, error: float, law: Any
 ) -> None:
@@ -328,7 +328,7 @@ def _fill_back_flank(
         law[pairs, OFFSET] = -stiffness * (error - flanks.meshes.backlash[m])
 
 
-@jit_inner(counted=False, forceinline=True)
+@jit_inner(counted=False, inline=True)
 def _fill_pair_dashpots(
     flanks: Any,
     step: int,
@@ -359,7 +359,7 @@ def _fill_pair_dashpots(
         law[pairs, OFFSET] -= damping * error_rate
 
 
-@jit_inner(counted=False, forceinline=True)
+@jit_inner(counted=False, inline=True)
 def _fill_mesh_dashpot(
     flanks: Any,
     step: int,
@@ -481,7 +481,7 @@ def fill_load_inputs(kernel: Any, step: int, a: float, b: float, half: int) -> N
             inputs[half, stage, at + 2 + x] = balance.size[x]
 
 
-@jit_inner(counted=False, forceinline=True)
+@jit_inner(counted=False, inline=True)
 def set_contact_at_start(kernel: Any, step: int, w: Any, states: Any, i: Any) -> None:
     """Set what touches and pushes at the start of a step; fill the laws of its flanks.
 
@@ -502,7 +502,7 @@ def set_contact_at_start(kernel: Any, step: int, w: Any, states: Any, i: Any) ->
         set_pushing(kernel.flanks, m, place, speed, kernel.flanks.scratch.law[0, 0, m])
 
 
-@jit_inner(counted=False)
+@jit_inner(counted=False, inline=True)
 def set_permanent_contact(flanks: Any, step: int) -> None:
     """Let every pair in the path touch and push, and no back flank: a loaded mesh."""
     pairs = len(flanks.meshes.pairs)
@@ -515,7 +515,7 @@ def set_permanent_contact(flanks: Any, step: int) -> None:
         scratch.pushes[m, pairs] = False
 
 
-@jit_inner(counted=False, forceinline=True)
+@jit_inner(counted=False, inline=True)
 def contact_holds(
     kernel: Any,
     step: int,

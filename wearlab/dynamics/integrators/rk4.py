@@ -92,7 +92,7 @@ def diagonal_step(
             states[to + below] = v[row] + sixth * (a1[row] + 2.0 * middles + a4[row])
 
 
-@jit_inner(counted=False)
+@jit_inner(counted=False, inline=True)
 def _fill_load(kernel: Any, w: Any) -> None:
     """Write accelerations by the inputs at all stages into column 0 of the load."""
     scratch = kernel.flanks.scratch
@@ -108,7 +108,7 @@ def _fill_load(kernel: Any, w: Any) -> None:
             load[np.uint64(stage * n + row) * w] = total
 
 
-@jit_inner(counted=False, forceinline=True)
+@jit_inner(counted=False, inline=True)
 def _acceleration(
     structure: Any,
     mesh: Any,

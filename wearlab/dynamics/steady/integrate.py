@@ -11,7 +11,7 @@ from typing import Any, ClassVar, NamedTuple, Self
 import numpy as np
 
 from wearlab.arrays import Array
-from wearlab.compiled import by_type, jit
+from wearlab.compiled import by_type, jit, jit_inner
 from wearlab.dynamics.integrators import (
     contact_change,
     damping_law,
@@ -87,59 +87,107 @@ two_steps = by_type(_choose_double_step)
 return whether."""
 
 
-def over_period(
-    kernel: Any, columns: Any, states: Any, first: Any, contact: int
+@jit_inner(counted=False, inline=True)
+def _fill_laws(
+    kernel: Any, step: int, w: Any, states: Any, i: Any, contact: int
+) -> None:
+    """Set what touches and pushes in a step, and fill its laws and inputs.
+
+    They go into the scratch: the steps, and the test whether contact holds, read them
+    there.
+    """
+    if contact == PERMANENT:
+        mesh_law.set_permanent_contact(kernel.flanks, step)
+        mesh_law.fill_flank_laws(kernel.flanks, step, 0.0, 1.0, THIS)
+    else:
+        mesh_law.set_contact_at_start(kernel, step, w, states, i)
+    mesh_law.fill_channel_laws(kernel.flanks, THIS)
+    mesh_law.fill_load_inputs(kernel, step, 0.0, 1.0, THIS)
+
+
+@jit_inner(counted=False, inline=True)
+def _begin_period(kernel: Any, states: Any, begin: int, start: Any) -> None:
+    """Write the state at the start of a period among the states."""
+    w = len(kernel.width)
+    for row in range(len(start)):
+        states[begin + row * w] = start[row]
+
+
+@jit_inner(counted=False, inline=True)
+def _end_period(
+    kernel: Any, states: Any, end: int, start: Any, last: Any, balanced: bool
+) -> None:
+    """Read the state at the end of a period, and hold a free set at its mean speed."""
+    w = len(kernel.width)
+    for row in range(len(last)):
+        last[row] = states[end + row * w]
+    if balanced:
+        rebalance(kernel.balance, start, last, kernel.flanks.period)
+
+
+@jit
+def over_periods(
+    kernel: Any,
+    columns: Any,
+    states: Any,
+    strobe: Any,
+    contact: int,
+    balanced: bool,
 ) -> int:
-    """Advance a state over one mesh period, one state a step.
+    """Integrate ``len(strobe) − 1`` periods, the last of them kept, one state a step.
 
     Return the number of contact changes.
+
+    Every way to an orbit calls this one, so that it compiles once. Each level of
+    kernels compiles all below it once more: so the loop over the steps is in here.
 
     Parameters
     ----------
     kernel : the system; what touches and pushes, and the laws of flanks and channels,
         are handed from call to call in its scratch
     columns : columns to advance (uint64): 1 for the trajectory alone
-    states : flat (…, 2n, width); state ``first`` is read, the n_steps after it are
-        written
-    first : number of the state from which the period begins
+    states : (keep · n_steps + 1, 2n, width) flat, tangents of the first state given
+    strobe : (count + 1, 2n) states at the start of every period, the first given
     contact : `LOCATED`, or `PERMANENT`, the affine map of a loaded mesh
+    balanced : a set free to turn is held at its mean speed after every period
     """
     w = np.uint64(len(kernel.width))
-    size = np.uint64(2 * len(kernel.structure.coordinates)) * w
-    i = np.uint64(first) * size
+    size = np.uint64(strobe.shape[1]) * w
+    steps = len(kernel.flanks.tables.width)
+    count = len(strobe) - 1
+    dropped = count - len(states) // (strobe.shape[1] * len(kernel.width)) // steps
     changes = 0
-    next_step = 0  # beyond the current one after a double step
-    for step in range(len(kernel.flanks.tables.width)):
-        j = i + size
-        parts = -1 if step >= next_step else 0
-        if parts < 0 and contact == LOCATED:
-            law = kernel.flanks.meshes.law
-            parts = damping_law.step_by_law(law, kernel, step, columns, w, states, i, j)
-        if parts >= 0:
-            changes += parts
-            i = j
-            continue
-
-        # The laws of flanks and channels and the inputs of this step go into the
-        # scratch: the steps below, and the test whether contact holds, read them there.
-        if contact == PERMANENT:
-            mesh_law.set_permanent_contact(kernel.flanks, step)
-            mesh_law.fill_flank_laws(kernel.flanks, step, 0.0, 1.0, THIS)
-        else:
-            mesh_law.set_contact_at_start(kernel, step, w, states, i)
-        mesh_law.fill_channel_laws(kernel.flanks, THIS)
-        mesh_law.fill_load_inputs(kernel, step, 0.0, 1.0, THIS)
-        if two_steps(kernel, step, w, states, i, contact):
-            next_step = step + 2
-        else:
-            rk4.step_of(kernel, step, columns, w, states, i, j)
-            if contact != PERMANENT and not mesh_law.contact_holds(
-                kernel, step, w, states, i, j, THIS
-            ):
-                changes += contact_change.step_with_changes(
-                    kernel, step, columns, w, states, i, j
+    for k in range(count):
+        first = max(0, k - dropped) * steps
+        i = np.uint64(first) * size
+        _begin_period(kernel, states, np.int64(i), strobe[k])
+        next_step = 0  # beyond the current one after a double step
+        for step in range(steps):
+            j = i + size
+            parts = -1 if step >= next_step else 0
+            if parts < 0 and contact == LOCATED:
+                law = kernel.flanks.meshes.law
+                parts = damping_law.step_by_law(
+                    law, kernel, step, columns, w, states, i, j
                 )
-        i = j
+            if parts >= 0:
+                changes += parts
+                i = j
+                continue
+
+            _fill_laws(kernel, step, w, states, i, contact)
+            if two_steps(kernel, step, w, states, i, contact):
+                next_step = step + 2
+            else:
+                rk4.step_of(kernel, step, columns, w, states, i, j)
+                if contact != PERMANENT and not mesh_law.contact_holds(
+                    kernel, step, w, states, i, j, THIS
+                ):
+                    changes += contact_change.step_with_changes(
+                        kernel, step, columns, w, states, i, j
+                    )
+            i = j
+        _end_period(kernel, states, np.int64(i), strobe[k], strobe[k + 1], balanced)
     return changes
 
 
@@ -154,76 +202,33 @@ single_step = by_type(_advance_of, counted=True)
 evaluations."""
 
 
-def over_period_by_method(
-    kernel: Any, columns: Any, states: Any, first: Any, contact: int
-) -> int:
-    """Do what `over_period` does by the steps of a method; count the evaluations.
-
-    Parameters
-    ----------
-    kernel, states, first : as in `over_period`, the structure
-        `wearlab.dynamics.integrators.kernel.Stepped`
-    columns, contact : not read: a method moves one state, contact is its own affair
-    """
-    rows = 2 * len(kernel.structure.coordinates)
-    evaluations = 0
-    for step in range(len(kernel.flanks.tables.width)):
-        i = (first + step) * rows
-        state = states[i + rows : i + 2 * rows]
-        write(states[i : i + rows], state)
-        evaluations += single_step(kernel.structure.work, kernel, step, state)
-    return evaluations
-
-
-def _choose_period(kernel: Any, *rest: Any) -> Callable[..., int]:
-    """Return how a kernel advances over a period, by the type of its structure."""
-    return over_period_by_method if structure_of(kernel) is Stepped else over_period
-
-
-one_period = by_type(_choose_period)
-"""Advance a state over one mesh period."""
-
-
 @jit
-def over_periods(
-    kernel: Any,
-    columns: Any,
-    states: Any,
-    strobe: Any,
-    contact: int,
-    balanced: bool,
+def over_periods_by_method(
+    kernel: Any, states: Any, strobe: Any, balanced: bool
 ) -> int:
-    """Integrate ``len(strobe) − 1`` periods, the last of them kept.
-
-    Return what `one_period` counts.
-
-    Every way to an orbit calls this one, so that it compiles once.
+    """Do what `over_periods` does by the steps of a method; count the evaluations.
 
     Parameters
     ----------
-    kernel, columns, contact : as in `over_period`
-    states : (keep · n_steps + 1, 2n, width) flat, tangents of the first state given
-    strobe : (count + 1, 2n) states at the start of every period, the first given
-    balanced : a set free to turn is held at its mean speed after every period
+    kernel, states, strobe, balanced : as there, the structure
+        `wearlab.dynamics.integrators.kernel.Stepped`: a method moves one state, contact
+        is its own affair
     """
     rows = strobe.shape[1]
     steps = len(kernel.flanks.tables.width)
-    w = len(kernel.width)
     count = len(strobe) - 1
-    dropped = count - len(states) // (rows * w) // steps
-    counted = 0
+    dropped = count - len(states) // rows // steps
+    evaluations = 0
     for k in range(count):
-        first = max(0, k - dropped) * steps
-        begin = first * rows * w
-        end = begin + steps * rows * w
-        for row in range(rows):
-            states[begin + row * w] = strobe[k, row]
-        counted += one_period(kernel, columns, states, first, contact)
-        for row in range(rows):
-            strobe[k + 1, row] = states[end + row * w]
-        if balanced:
-            rebalance(kernel.balance, strobe[k], strobe[k + 1], kernel.flanks.period)
-    return counted
+        i = max(0, k - dropped) * steps * rows
+        _begin_period(kernel, states, i, strobe[k])
+        for step in range(steps):
+            state = states[i + rows : i + 2 * rows]
+            write(states[i : i + rows], state)
+            evaluations += single_step(kernel.structure.work, kernel, step, state)
+            i += rows
+        _end_period(kernel, states, i, strobe[k], strobe[k + 1], balanced)
+    return evaluations
 
 
 class OnTables:
@@ -282,7 +287,7 @@ class OnTables:
         ----------
         states : (periods · n_steps + 1, 2n, width), written
         start : (2n,) state to start from, sizes of unknown loads in it
-        contact : as in `over_period`
+        contact : as in `over_periods`
         tangents : whether the derivatives by the start are computed, too
         """
         balance = self.kernel.balance
@@ -328,14 +333,16 @@ class OnTables:
         strobe = np.empty((count + 1, len(state)))
         states[0] = 0.0
         strobe[0] = state
-        counted = over_periods(
-            self.kernel, np.uint64(1), states.reshape(-1), strobe, LOCATED, True
-        )
+        flat = states.reshape(-1)
         self.maps += count
         if self.by_method:
-            self.right_hand_sides += counted
+            self.right_hand_sides += over_periods_by_method(
+                self.kernel, flat, strobe, True
+            )
         else:
-            self.changes += counted
+            self.changes += over_periods(
+                self.kernel, np.uint64(1), flat, strobe, LOCATED, True
+            )
             self.right_hand_sides += 4 * self.steps * count
         state[:] = strobe[-1]
         return strobe, split_periods(states[:, :, 0], keep)

@@ -23,7 +23,7 @@ FIRST_STEP = 2e-6
 """First step of a search for a bracket [m]."""
 
 
-@jit_inner(counted=False, forceinline=True)
+@jit_inner(counted=False, inline=True)
 def rotation_gap(
     driving: Flank, driven: Flank, x: float, s: float, w: float
 ) -> tuple[float, float]:
@@ -181,8 +181,8 @@ def turned_to(driven, reach, q_n, q_u):  # type: ignore[no-untyped-def]
     return driven.side * driven.base_radius * np.arctan2(cross, dot)
 
 
-seen = jit_inner(point_seen, counted=False, forceinline=True)
-turned = jit_inner(turned_to, counted=False, forceinline=True)
+seen = jit_inner(point_seen, counted=False, inline=True)
+turned = jit_inner(turned_to, counted=False, inline=True)
 
 
 @jit_inner(counted=False)

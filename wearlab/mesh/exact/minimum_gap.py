@@ -277,14 +277,14 @@ def _scan(  # type: ignore[no-untyped-def]
     return low, high, best
 
 
-@jit_inner(counted=False, forceinline=True)
+@jit_inner(counted=False, inline=True)
 def _position(flank, end):  # type: ignore[no-untyped-def]
     """Return the path position of an end: those of interval k are 2 k and 2 k + 1."""
     k = end // 2
     return flank.start[k] + (end % 2) * flank.width[k]
 
 
-@jit_inner(counted=False, forceinline=True)
+@jit_inner(counted=False, inline=True)
 def _scanned_gap(driving, driven, wear, x, end):  # type: ignore[no-untyped-def]
     """Return the approximate gap at an end of an interval of the driving flank [m]."""
     s = _position(driving, end)
@@ -356,7 +356,7 @@ def _lowest_corner(driving, driven, x, first, last):  # type: ignore[no-untyped-
     return where, partner, gap
 
 
-@jit_inner(counted=False, forceinline=True)
+@jit_inner(counted=False, inline=True)
 def _is_one_point(driving, end, other):  # type: ignore[no-untyped-def]
     """Return whether two ends one after the other are one point of the flank."""
     is_between_intervals = end // 2 != other // 2
@@ -364,7 +364,7 @@ def _is_one_point(driving, end, other):  # type: ignore[no-untyped-def]
     return is_between_intervals and shift == driving.shift[other // 2, other % 2]
 
 
-@jit_inner(counted=False, forceinline=True)
+@jit_inner(counted=False, inline=True)
 def _intervals_beside(driving, end):  # type: ignore[no-untyped-def]
     """Return the first and the last of the intervals that an end belongs to."""
     first = end // 2
@@ -458,7 +458,7 @@ def smallest_within(  # type: ignore[no-untyped-def]
     return g, s, partner
 
 
-@jit_inner(counted=False, forceinline=True)
+@jit_inner(counted=False, inline=True)
 def _next_step(  # type: ignore[no-untyped-def]
     a, b, s, g, r, g_r, v, g_v, middle, step, previous_step
 ):
