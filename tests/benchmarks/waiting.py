@@ -73,7 +73,7 @@ def checkout_of(commit: str) -> Checkout:
     clone = place / "wearlab"
     if not clone.exists():
         git("clone", "--quiet", "--no-checkout", str(HERE), str(clone))
-        git("-C", str(clone), "checkout", "--quiet", name)
+    git("-C", str(clone), "checkout", "--quiet", "--force", name)
     return Checkout(clone, place / "kernels")
 
 

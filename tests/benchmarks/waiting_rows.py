@@ -17,7 +17,8 @@ from typing import Any, NamedTuple
 Times = dict[str, float]
 """What was measured, its unit in brackets → value."""
 
-COMMAND = (sys.executable, "-c", "from wearlab.cli import main; main()")
+COMMAND = (sys.executable, "-P", "-c", "from wearlab.cli import main; main()")
+"""The command line, of the package that is measured wherever it is called from."""
 WORKERS = 2
 
 PAIR: dict[str, Any] = {
@@ -259,7 +260,23 @@ ROWS = {
 }
 
 
+def require_package_of(checkout: Path) -> None:
+    """Refuse to measure another package than that of the checkout.
+
+    Raises
+    ------
+    SystemExit
+        When Python finds another one.
+    """
+    import wearlab
+
+    found = Path(wearlab.__file__).resolve()
+    if checkout.resolve() not in found.parents:
+        sys.exit(f"{checkout} is not what Python finds as wearlab, but {found}")
+
+
 if __name__ == "__main__":
     name, checkout = sys.argv[1:]
     sys.path.insert(0, str(Path(checkout) / "tests" / "benchmarks"))
+    require_package_of(Path(checkout))
     print(json.dumps(ROWS[name].measure(Path(checkout))))

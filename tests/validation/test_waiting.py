@@ -1,4 +1,4 @@
-"""The time that people wait: the rows exist, and one runs from its command to its file.
+"""The time that people wait: the rows exist, and what they measure reaches the file.
 
 No time is asserted.
 """
@@ -8,7 +8,14 @@ from pathlib import Path
 
 import pytest
 import waiting
-from waiting_rows import ROWS, Row, each_of, second_run, through_store
+from waiting_rows import (
+    ROWS,
+    Row,
+    each_of,
+    require_package_of,
+    second_run,
+    through_store,
+)
 
 import wearlab as wl
 
@@ -31,9 +38,7 @@ def test_the_campaigns_of_the_rows_are_there() -> None:
         assert (CAMPAIGNS / f"{file}.toml").exists()
 
 
-def test_a_row_is_measured_in_processes_of_its_own_and_kept(
-    monkeypatch, tmp_path, capsys
-) -> None:
+def test_a_row_is_measured_in_turns_and_kept(monkeypatch, tmp_path, capsys) -> None:
     taken = iter((4.0, 2.0, 6.0, 3.0))
     monkeypatch.setattr(waiting, "times", lambda row, side: {"cpu [s]": next(taken)})
     other = str(Path(__file__).parents[2])
@@ -47,6 +52,12 @@ def test_a_row_is_measured_in_processes_of_its_own_and_kept(
     assert "| spur-speeds | cpu [s] | 5 | 2.5 | 0.500 |" in capsys.readouterr().out
     (measured,) = json.loads(file.read_text())["measured"]
     assert measured["before"] == [4.0, 6.0] and measured["now"] == [2.0, 3.0]
+
+
+def test_another_package_than_that_of_the_checkout_is_not_measured(tmp_path) -> None:
+    require_package_of(Path(wl.__file__).parents[1])
+    with pytest.raises(SystemExit, match="is not what Python finds as wearlab"):
+        require_package_of(tmp_path)
 
 
 def test_scenes_are_timed() -> None:
