@@ -121,6 +121,36 @@ def test_the_film_over_an_even_face_is_the_pairs_and_wears_by_its_own_slice(
     )  # Dowson–Higginson
 
 
+def test_the_estimate_is_twice_what_a_life_on_half_the_slices_and_nodes_changes():
+    """And what the rates change besides, less than a tenth of the depth."""
+    run = simulate(
+        scene().replace(
+            {
+                "mesh.misalignment": "20 um",
+                "mesh.face_points": 20,
+                "numerics.profile_points": 60,
+                "wear.until": {"depth": "2 um"},
+            }
+        )
+    )
+    rougher = simulate(
+        scene().replace(
+            {
+                "mesh.misalignment": "20 um",
+                "mesh.face_points": 10,
+                "numerics.profile_points": 30,
+                "wear.until": {"cycles": float(run.life)},
+            }
+        )
+    )
+    deepest, rough_deepest = (
+        one.max_wear_depth.isel(update=-1).values for one in (run, rougher)
+    )
+    changed = float(np.abs(rough_deepest - deepest).max())
+    told = float(run.error_estimate_wear_depth[-1])
+    assert 2.0 * changed <= told < 2.0 * changed + 0.1 * deepest.max()
+
+
 @pytest.mark.parametrize("coupling", ["none", "pasternak"])
 def test_an_estimate_of_the_life_covers_what_more_slices_change(coupling):
     """The deepest point of spur gears moves by the first order of the

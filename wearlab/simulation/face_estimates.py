@@ -188,7 +188,7 @@ def _share_of_depth(
         _difference_of_rates(state, twin, grids, rough_grids)
         for state, twin in zip(ends, rough_ends, strict=True)
     ]
-    rough_start = _on_other_nodes(ends[0], grids, rough_grids)
+    rough_start = rough_ends[0].wear
     rough_wear = _worn_as_long(stage, rougher, rough_start, life_history)
     if rough_wear is None:
         return WEIGHT * max(of_rates)
