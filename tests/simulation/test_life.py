@@ -8,6 +8,8 @@ import pytest
 from wearlab.dynamics.steady.coexisting import FURTHER, RELEASES
 from wearlab.figures.kind import Run
 from wearlab.figures.runs import _with_states
+from wearlab.life import history
+from wearlab.life.coupling import Coupling
 from wearlab.simulation import Refused, simulate
 
 
@@ -30,6 +32,28 @@ def test_snapshots_change_nothing(scene, run):
             with_more[name].isel(update=2), with_one[name].isel(update=1)
         )
     assert without.sizes["update"] == int(without.count_wear_steps) + 1
+
+
+def test_no_state_without_motion_is_evaluated_twice(scene, monkeypatch):
+    looked_at = []
+    evaluate = Coupling.evaluate
+
+    def noted(coupling, wear, *near):
+        looked_at.append(b"".join(depth.tobytes() for depth in wear))
+        return evaluate(coupling, wear, *near)
+
+    still = scene("quasi-static").replace("wear.snapshots", None)
+    monkeypatch.setattr(Coupling, "evaluate", noted)
+    found = simulate(still)
+    assert int(found.count_contact_analyses) > found.sizes["update"] > 2
+    assert len(looked_at) == len(set(looked_at))
+
+    monkeypatch.setattr(history, "ACCEPTED_STATES", 1)
+    again = simulate(still)
+    assert len(looked_at) > 2 * len(set(looked_at))
+    for name, values in found.variables.items():
+        if not str(name).startswith("run_time"):
+            np.testing.assert_array_equal(again[name].values, values.values)
 
 
 def test_depth_limit_is_the_life(scene):

@@ -12,9 +12,12 @@ class Killed(Exception):
     pass
 
 
-@pytest.mark.parametrize("file", ["spur_speeds.toml", "spur_1dof.toml"])
-def test_a_resumed_life_has_the_same_numbers(file):
-    scene = wearlab.load(CAMPAIGNS / file).cases[0].scene
+@pytest.mark.parametrize(
+    ("file", "case"),
+    [("spur_speeds.toml", 0), ("spur_speeds.toml", -1), ("spur_1dof.toml", 0)],
+)
+def test_a_resumed_life_has_the_same_numbers(file, case):
+    scene = wearlab.load(CAMPAIGNS / file).cases[case].scene
     images = []
 
     def report(reached, image):

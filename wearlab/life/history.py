@@ -9,12 +9,23 @@ from numpy.typing import ArrayLike
 
 from wearlab.arrays import Array
 from wearlab.life import coupled, integrate, limits, step, wear_beyond
+from wearlab.life.coupling import Coupling
+from wearlab.life.duty_coupling import DutyCoupling
 
 MAX_SAMPLES = 5
 """Accepted states on which the estimates of a life's errors rest."""
 
 KEPT_SHARES = 64
 """States whose share of wear beyond A and E a rate remembers: those of some steps."""
+
+LAST_STATES = 4
+"""States that a rate remembers whole where nothing moves: a step is accepted after two
+more looks inside it at most."""
+
+ACCEPTED_STATES = 200
+"""Accepted states that are kept whole until the end of a life in which nothing moves, a
+twentieth of a megabyte each; those beyond it are evaluated again where they are asked
+for."""
 
 Memory = tuple[coupled.Responses, float]
 
@@ -114,6 +125,20 @@ def halving(count: int) -> list[int]:
     return order
 
 
+def is_of_wear_alone(coupling: coupled.Coupled) -> bool:
+    """Return whether a state follows from its wear, to the last bit.
+
+    So it is where nothing moves: motions, and loads over a face, start from near ones.
+
+    Parameters
+    ----------
+    coupling : contact, dynamics and wear of the gear set
+    """
+    if isinstance(coupling, DutyCoupling):
+        return all(map(is_of_wear_alone, coupling.blocks))
+    return isinstance(coupling, Coupling) and coupling.vibration is None
+
+
 class SetRate:
     """The wear rate of all flanks, flat, with the last orbits as its memory.
 
@@ -127,6 +152,8 @@ class SetRate:
         self.responses: coupled.Responses = ()
         self.noise = 0.0
         self.beyond: dict[bytes, Array] = {}
+        self.is_of_wear_alone = is_of_wear_alone(self.coupling)
+        self.last_states: dict[bytes, coupled.WearState] = {}
         resting = self.coupling.static_only()
         self.still = None if resting is None else SetRate(resting)
 
@@ -164,7 +191,34 @@ class SetRate:
 
     def evaluate(self, depth: Array) -> coupled.WearState:
         """Return the state at depths (n_entries,), from the last orbits."""
-        return self.coupling.evaluate(self.coupling.split(depth), self.responses)
+        state = self.last_state(depth)
+        if state is None:
+            state = self.coupling.evaluate(self.coupling.split(depth), self.responses)
+            self.note_state(depth, state)
+        return state
+
+    def note_state(self, depth: Array, state: coupled.WearState) -> None:
+        """Keep a state that follows from its depths alone, for the next few.
+
+        Parameters
+        ----------
+        depth : (n_entries,) [m]
+        state : the state there
+        """
+        if not self.is_of_wear_alone:
+            return
+        self.last_states[depth.tobytes()] = state
+        while len(self.last_states) > LAST_STATES:
+            del self.last_states[next(iter(self.last_states))]
+
+    def last_state(self, depth: Array) -> coupled.WearState | None:
+        """Return the state at depths if it is one of the last, to the last bit.
+
+        Parameters
+        ----------
+        depth : (n_entries,) [m]
+        """
+        return self.last_states.get(depth.tobytes())
 
     @property
     def work(self) -> float:
@@ -222,19 +276,23 @@ def history(
     Notes
     -----
     A kept state starts from the orbit at the last accepted state before it, so that
-    asking for further snapshots changes none of the others. Without snapshots all
-    accepted states are kept; where their motions repeat in no period and take long to
-    follow, those that spread best over the life.
+    asking for further snapshots changes none of the others. Where nothing moves, no
+    accepted state is evaluated twice. Without snapshots all accepted states are kept;
+    where their motions repeat in no period and take long to follow, those that spread
+    best over the life.
     """
     rate = SetRate(coupling)
     first = coupling.evaluate(wear)
     rate.responses = first.responses
-    states = _KeptStates(coupling, rate.responses)
     begun = coupling.flat(wear)
+    if is_of_wear_alone(coupling):
+        rate.note_state(begun, first)
+    states = _KeptStates(coupling, rate)
+    states.accept(0.0, begun)
     beyond = wear_beyond.begun(coupling, first, begun, worn_beyond)
 
     def accepted(node: step.Node) -> None:
-        states.add_orbits(node.cycle, rate.responses)
+        states.accept(node.cycle, node.depth)
         if beyond is not None:
             share = rate.share_beyond(node.depth)
             beyond.add(node.cycle, node.depth, share)
@@ -262,22 +320,38 @@ def history(
 class _KeptStates:
     """States of a life, each evaluated from the orbits accepted last before it.
 
+    Where nothing moves, the accepted ones are those that the rate has evaluated.
+
     Parameters
     ----------
     coupling : contact, dynamics and wear of the gear set
-    first_orbits : of the first state
+    rate : the wear rate of the life, at its first state
     """
 
-    def __init__(
-        self, coupling: coupled.Coupled, first_orbits: coupled.Responses
-    ) -> None:
+    def __init__(self, coupling: coupled.Coupled, rate: SetRate) -> None:
         self._coupling = coupling
-        self._orbits: list[tuple[float, coupled.Responses]] = [(-np.inf, first_orbits)]
+        self._rate = rate
+        self._is_of_wear_alone = is_of_wear_alone(coupling)
+        self._orbits: list[tuple[float, coupled.Responses]] = [
+            (-np.inf, rate.responses)
+        ]
+        self._accepted: dict[float, coupled.WearState | None] = {}
         self._states: dict[float, coupled.WearState | None] = {}
 
-    def add_orbits(self, cycle: float, orbits: coupled.Responses) -> None:
-        """Keep the orbits of a state that was accepted at a cycle."""
-        self._orbits.append((cycle, orbits))
+    def accept(self, cycle: float, depth: Array) -> None:
+        """Keep what the rate knows of a state that was accepted at a cycle.
+
+        Its orbits, and where it follows from its wear alone the state itself.
+
+        Parameters
+        ----------
+        cycle : of the state [1]
+        depth : (n_entries,) [m]
+        """
+        self._orbits.append((cycle, self._rate.responses))
+        if self._is_of_wear_alone and cycle not in self._accepted:
+            has_room = len(self._accepted) < ACCEPTED_STATES
+            self._accepted[cycle] = self._rate.last_state(depth) if has_room else None
 
     def evaluate(
         self, places: Iterable[tuple[float, Array]], work_limit: float = np.inf
@@ -292,12 +366,17 @@ class _KeptStates:
         for cycle, depth in places:
             if cycle in self._states or self._coupling.work >= work_limit:
                 continue
+            self._states[cycle] = self._accepted.get(cycle)
+            if self._states[cycle] is not None:
+                continue
+            counted = self._rate.accounted()
             orbits = [orbits for reached, orbits in self._orbits if reached < cycle][-1]
-            self._states[cycle] = None
             # the gears cannot run in the state that ended the life
             with suppress(limits.StopWear):
                 wear = self._coupling.split(depth)
                 self._states[cycle] = self._coupling.evaluate(wear, orbits)
+            if cycle in self._accepted:  # counted when it was accepted
+                self._rate.account_for(counted)
 
     def at(self, places: Iterable[tuple[float, Array]]) -> History:
         """Return the evaluated states at these places in which the gears can run."""
