@@ -45,10 +45,12 @@ def made(index):
     cycle = data["cycle"] * (1.0 + 0.01 * index)
     life = np.array(1e8 * (1.0 + 0.01 * index))
     hours = cycle / 60.0 / (1000.0 + index) * 3600.0
-    data = data.assign_coords(cycle=("update", cycle.values, data["cycle"].attrs))
-    data["operating_hours"] = ("update", hours.values, data["operating_hours"].attrs)
-    data["life"] = ((), life, data["life"].attrs)
-    return data
+    changed = {
+        "cycle": ("update", cycle.values, data["cycle"].attrs),
+        "operating_hours": ("update", hours.values, data["operating_hours"].attrs),
+        "life": ((), life, data["life"].attrs),
+    }
+    return data.assign(changed)
 
 
 @pytest.fixture(scope="module")

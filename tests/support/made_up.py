@@ -135,14 +135,15 @@ def run(speed: float | None, **sizes: int) -> xr.Dataset:
         if name in made:
             dims, before, attrs = made[name]
             made[name] = (dims, np.broadcast_to(values, np.shape(before)), attrs)
+    if speed is not None:
+        for name, (dims, values, attrs) in made.items():
+            if "mesh_period" in dims and name != "pair_force":
+                made[name] = (dims, _twice_in_the_last_state(dims, values), attrs)
+        dims, force, attrs = made["dynamic_mesh_force"]
+        made["dynamic_mesh_force"] = (dims, speed * force, attrs)
     data = xr.Dataset(
         made
     )  # at once: variable by variable it would be merged anew each time
-    if speed is not None:  # period two only in the last state
-        there = (data.mesh_period == 0) | (data["update"] == 2)
-        twice = [n for n in data if "mesh_period" in data[n].dims and n != "pair_force"]
-        data = data.assign({name: data[name].where(there) for name in twice})
-        data["dynamic_mesh_force"] *= speed
     labels = {
         "flank": ["pinion", "gear"],
         "member": ["pinion", "gear"],
@@ -168,6 +169,15 @@ def run(speed: float | None, **sizes: int) -> xr.Dataset:
         if n in data
     ]
     return data.set_coords(coordinates)
+
+
+def _twice_in_the_last_state(dims: tuple[str, ...], values: Any) -> Any:
+    """Return values without those of a second period in all states but the last."""
+    found = np.array(values, dtype=float)
+    axes = [dims.index("mesh_period"), dims.index("update")]
+    moved = np.moveaxis(found, axes, [0, 1])
+    moved[1:, :-1] = np.nan
+    return found
 
 
 def put(store: Store, run_id: str, data: xr.Dataset | None, scene: str = "{}") -> None:
