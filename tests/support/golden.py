@@ -77,10 +77,11 @@ def results(table: dict[str, Any]) -> dict[str, Any]:
     for name in RESULTS:
         if name in run:
             found[name] = float(run[name].max())
+    last = run.isel(update=-1)  # how many there are before it is a matter of rounding
     for name in ALONG_PHASE:
         if name in run:
-            found[f"{name} mean"] = float(run[name].mean())
-            found[f"{name} range"] = float(run[name].max() - run[name].min())
+            found[f"{name} mean"] = float(last[name].mean())
+            found[f"{name} range"] = float(last[name].max() - last[name].min())
     return found
 
 
