@@ -8,7 +8,9 @@ sliding, Archard's law and its integration over the cycles are written out below
 motion is marched until it repeats, and averaged where it does not; wear takes midpoint
 steps. Shared are tables alone: compliances and gaps of worn flanks over the phase, the
 damping of a mesh, by what phase the ring's meshes lag the sun's, and the matrices that
-spread and level wear inside the contact patch.
+spread and level wear inside contact patches of one width each. With
+``--patch following`` the widths are those of the forces of every step
+(``tests/support/outside_patch.py``).
 """
 
 import argparse
@@ -26,6 +28,7 @@ from wearlab.scene import Scene
 from wearlab.simulation import simulate
 
 sys.path[:0] = [str(Path(__file__).parents[1] / "support")]
+from outside_patch import outside_patch  # noqa: E402
 from outside_set import (  # noqa: E402
     PLANETS,
     Scratch,
@@ -37,6 +40,8 @@ from outside_set import (  # noqa: E402
 )
 
 CAMPAIGN = Path(__file__).parents[2] / "campaigns/planetary_torque.toml"
+ROUNDS = 3
+"""How often a state by itself is marched, felt as wide as the round before loads it."""
 COEFFICIENT = 2.85e-16
 """k of every life, nearly that of the campaign [m²/N]."""
 REPEATS, PATIENCE, AVERAGED = 5e-6, 300, 96
@@ -80,18 +85,33 @@ class Outside:
             scene.operation.speed * teeth["ring"] / (teeth["sun"] + teeth["ring"])
         )
         self.period = 2.0 * np.pi / (teeth["sun"] * relative)
+        self.forces: list[np.ndarray] | None = None
         self.state = np.zeros(36)
         self.state[:18] = np.linalg.lstsq(
             self.train.stiffness + 3e8 * self.train.direction.T @ self.train.direction,
             self.train.load,
         )[0]
 
+    def felt(self, wear: Any) -> Any:
+        """Return the wear that the meshes feel, by the forces of the step before."""
+        if self.forces is None:
+            return tuple(
+                kind.felt(depth)
+                for kind, depth in zip(self.coupling.kinds, wear, strict=True)
+            )
+        felt = []
+        kinds = zip(self.coupling.kinds, wear, self.forces, strict=True)
+        for kind, depth, force in kinds:
+            averaging = outside_patch(kind, force).averaging
+            felt.append((averaging @ depth.ravel()).reshape(depth.shape))
+        return tuple(felt)
+
     def steady(self, wear: Any) -> Motion:
         """March until the motion repeats, else average.
 
         The next march starts where this one ends.
         """
-        m = meshes(self.coupling, wear, self.lag, self.steps)
+        m = meshes(self.coupling, wear, self.lag, self.steps, self.felt(wear))
         normal = np.zeros((len(m.width), 2, *m.gap.shape[2:]))
         extremes = np.zeros((2, 6))
         extremes[0] = np.inf
@@ -150,10 +170,11 @@ class Outside:
                         )
                         nodes[grid.first[s, p] : grid.first[s, p] + count + 1] = force
                 found.append(nodes[grid.on_flank].copy())
-        return [
+        self.forces = [
             np.mean(found[PLANETS * kind : PLANETS * (kind + 1)], axis=0)
             for kind in range(2)
         ]
+        return self.forces
 
     def pointwise(self, forces: list[np.ndarray]) -> list[np.ndarray]:
         """Return Archard's law of both kinds, ``k (F/B) |1 − v_other/v_own|`` times
@@ -192,16 +213,9 @@ class Outside:
             self.coupling.kinds, wear, forces, self.pointwise(forces), strict=True
         )
         for kind, depth, force, fed in each:
-            patch = kind.patch.made
+            patch = outside_patch(kind, force)
+            levels = patch.levels
             n = depth.size
-            contact = np.clip(force / patch.reference, 0.0, patch.largest)
-            levels = np.stack(
-                [
-                    patch.levelling.at(row, contact) + patch.shift.at(row, contact)
-                    for row in np.eye(n)
-                ],
-                axis=1,
-            )
             whole = np.zeros((n + 1, n + 1))
             whole[:n, :n] = levels
             whole[:n, n] = patch.spreading @ fed.ravel() + levels @ depth.ravel()
@@ -237,14 +251,18 @@ class Outside:
             cycle = cycle + step
 
 
-def scene_at(torque: float) -> Scene:
-    """Return W23's set at 1500 rpm under a torque [N m]."""
+def scene_at(torque: float, patch: str = "elastic") -> Scene:
+    """Return W23's set at 1500 rpm under a torque [N m], with a contact patch."""
     found = next(
         case.scene for case in load(CAMPAIGN).cases if case.scene.dynamics is not None
     )
     coefficient = {"model": "constant", "value": f"{COEFFICIENT} m^2/N"}
     return found.replace(
-        {"operation.torque": f"{torque} N*m", "wear.coefficient": coefficient}
+        {
+            "operation.torque": f"{torque} N*m",
+            "wear.coefficient": coefficient,
+            "wear.contact_patch": patch,
+        }
     )
 
 
@@ -273,7 +291,10 @@ def told_of_forces(run: Any, outside: Outside, depth: float) -> str:
     own = float(
         run.mesh_force_max.isel(update=update_at(run, depth)).values[:PLANETS].max()
     )
-    found = outside.steady(worn_of(run, outside.coupling.unworn(), depth))
+    wear = worn_of(run, outside.coupling.unworn(), depth)
+    for _ in range(ROUNDS):
+        found = outside.steady(wear)
+        outside.tooth_forces(found, wear)
     ours = float(found.extremes[1, :PLANETS].max())
     return (
         f"{depth * 1e6:.0f} um: largest force {ours:.0f} N outside, {own:.0f} N of "
@@ -326,10 +347,11 @@ def main() -> None:
         "--step", type=float, default=6.0, help="longest step of wear [um]"
     )
     parser.add_argument("--steps", type=int, default=600, help="of a mesh period")
+    parser.add_argument("--patch", default="elastic", choices=["elastic", "following"])
     asked = parser.parse_args()
     depth = asked.depth * 1e-6
     for torque in sorted({*asked.torque, *asked.forces}):
-        scene = scene_at(torque).replace(
+        scene = scene_at(torque, asked.patch).replace(
             "wear.until", {"depth": f"{asked.depth} um", "flank": "sun"}
         )
         run = simulate(scene)

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from wearlab.life.adaptive import Adaptive
+from wearlab.life.coupled import StartingPoint
 from wearlab.life.history import halving, history
 from wearlab.life.integrate import integrate
 from wearlab.life.limits import Limits, Snapshots
@@ -47,6 +48,7 @@ class Worn:
             rate_beyond=None,
             wears=True,
             responses=(),
+            start=StartingPoint((), ()),
             noise=0.0,
         )
 

@@ -4,6 +4,7 @@ out, no lag.
 
 import numpy as np
 import pytest
+from outside_patch import outside_patch
 from scenes import CAMPAIGNS
 from scipy.integrate import solve_ivp
 
@@ -36,22 +37,25 @@ def scene():
 def marched(parts):
     """Return the cycles to the depth by ``h' = max(0, S r + D h)``, r the pointwise
     rate of felt flanks.
+
+    Patches that follow are as wide as the forces of the state make them, and felt as
+    wide as the rate before has loaded them.
     """
     coupling = parts.coupling
-    orbit = coupling.evaluate(coupling.unworn()).responses
+    near = coupling.evaluate(coupling.unworn()).start
 
     def rate(cycle, flat):
-        state = coupling.evaluate(coupling.split(np.maximum(flat, 0.0)), orbit)
+        nonlocal near
+        state = coupling.evaluate(coupling.split(np.maximum(flat, 0.0)), near)
+        near = near._replace(forces=state.start.forces)
         found = []
         for kind, one in zip(coupling.kinds, state.kind, strict=True):
-            patch = kind.patch.made
             force = one.mean_tooth_force
-            contact = np.clip(force / patch.reference, 0.0, patch.largest)
             pointwise = wear_rate(kind.law, force).ravel()
-            spread = patch.spreading @ pointwise
-            level = patch.levelling.at(one.wear.ravel(), contact)
-            level = level + patch.shift.at(one.wear.ravel(), contact)
-            found.append(np.maximum(0.0, spread + level))
+            worn = one.wear.ravel()
+            patch = outside_patch(kind, force)
+            change = patch.spreading @ pointwise + patch.levels @ worn
+            found.append(np.maximum(0.0, change))
         return np.concatenate(found)
 
     sun = coupling.entries(0, 0)
@@ -75,7 +79,9 @@ def marched(parts):
 
 
 @pytest.mark.slow
-def test_a_coupled_life_is_that_of_an_independent_march(scene):
+@pytest.mark.parametrize("patch", ["elastic", "following"])
+def test_a_coupled_life_is_that_of_an_independent_march(scene, patch):
+    scene = scene.replace("wear.contact_patch", patch)
     (stage,) = operating_conditions(scene)
     parts = stage.first
     life = integrate_life(scene, (stage,)).life

@@ -294,6 +294,10 @@ def test_pressure_projection_and_width(run):
         / 4
     )
     np.testing.assert_allclose(base.contact_pressure[0], hertz, rtol=1e-9)
+    of_line = (
+        4 * base.tooth_force[0] * _equivalent(base) / (np.pi * E_STAR * FACE_WIDTH)
+    )
+    np.testing.assert_allclose(base.contact_half_width[0], np.sqrt(of_line), rtol=1e-9)
     published = run("over-cosine (as published, W23 Eq. 33)").isel(update=0)
     np.testing.assert_allclose(published.wear_rate, base.wear_rate, rtol=1e-12)
     averaged = run("averaged over the contact width")

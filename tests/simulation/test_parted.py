@@ -64,7 +64,7 @@ def test_meshes_that_part_without_an_orbit_end_in_a_bounded_average() -> None:
     assert found is not None and isinstance(parts.vibration.method, Periodic)
     assert found.counts.period_maps <= MAX_MAPS
     again = parts.coupling.evaluate(
-        tuple(1.01 * one for one in wear), state.responses
+        tuple(1.01 * one for one in wear), state.start
     ).response
     assert again is not None and again.counts.period_maps <= MAX_MAPS // 2
     if again.period == 0:

@@ -149,8 +149,13 @@ def lags(scene: Scene, between: float) -> np.ndarray:
     return np.concatenate([teeth["sun"] * place, between - teeth["ring"] * place]) % 1.0
 
 
-def meshes(coupling: Any, wear: Any, lag: np.ndarray, steps: int) -> Meshes:
-    """Return the pairs of all meshes: the tables that are shared."""
+def meshes(
+    coupling: Any, wear: Any, lag: np.ndarray, steps: int, felt: Any = None
+) -> Meshes:
+    """Return the pairs of all meshes: the tables that are shared.
+
+    ``felt``: the wear that the meshes feel, None: as under the load of unworn flanks.
+    """
     grids = [kind.analysis.grid for kind in coupling.kinds]
     cuts = [(grids[m // PLANETS].breaks + lag[m]) % 1.0 for m in range(len(lag))]
     edges = np.unique(np.round(np.concatenate([[0.0, 1.0], *cuts]), 12))
@@ -164,7 +169,7 @@ def meshes(coupling: Any, wear: Any, lag: np.ndarray, steps: int) -> Meshes:
     gap = np.full((len(start), 3, len(lag), count), np.inf)
     compliance = np.full((*gap.shape, count), np.inf)
     for m, flanks in enumerate(
-        flank for flank in coupling.flanks(wear) for _ in range(PLANETS)
+        flank for flank in coupling.flanks(wear, felt=felt) for _ in range(PLANETS)
     ):
         grid = flanks.analysis.grid
         turns = np.floor(phase[:, 1] - lag[m])[:, None]

@@ -37,6 +37,7 @@ from wearlab.wear.patch import (
     two_way,
 )
 from wearlab.wear.path import contact_half_width
+from wearlab.wear.widths import node_forces
 
 K = 1e-16
 
@@ -312,7 +313,7 @@ def test_spreading_conserves_and_feeling_is_its_adjoint(contact, kind):
     length = path.arc_weight.ravel()
     rng = np.random.default_rng(1)
     wear, felt = rng.uniform(0.0, 1e-6, (2, *path.arc.shape))
-    spread = patch.rate(wear, felt, np.zeros(len(a)))
+    spread = patch.rate(wear, felt, node_forces(np.zeros(len(a))))
     assert (spread * path.arc_weight).sum(1) == pytest.approx(
         (wear * path.arc_weight).sum(1), rel=1e-12
     )
@@ -344,7 +345,7 @@ def test_the_semi_implicit_rate_conserves_and_tends_to_the_explicit_one(contact)
         patch = replace(
             patch, ahead=Ahead(patch.ahead.matrix, patch.ahead.fastest, nodes)
         )
-        rates.append(patch.rate(pointwise, worn, force))
+        rates.append(patch.rate(pointwise, worn, node_forces(force)))
         assert (rates[-1] * path.arc_weight).sum(1) == pytest.approx(
             (pointwise * path.arc_weight).sum(1), rel=1e-9
         )

@@ -135,8 +135,15 @@ def second_life(problem: WearProblem, end: float) -> TimedLife:
         return float(depth[limits.flank].max()) - (limits.depth or np.inf)
 
     reaches_depth.terminal = True  # type: ignore[attr-defined]
+
+    def rate_at(cycle: float, depth: Array) -> Array:
+        worn = np.maximum(depth, 0.0)
+        found = rate(worn)
+        rate.accept(worn)
+        return found
+
     solution = solve_ivp(
-        lambda cycle, depth: rate(np.maximum(depth, 0.0)),
+        rate_at,
         (0.0, longest),
         problem.wear,
         method="DOP853",

@@ -22,8 +22,9 @@ class RecordedRate(history.SetRate):
     def __init__(self, coupling: Coupling, wear: coupled.Wear) -> None:
         super().__init__(coupling)
         first = coupling.evaluate(wear)
-        self.states = [(coupling.flat(wear), first)]
-        self.responses = first.responses
+        begun = coupling.flat(wear)
+        self.states = [(begun, first)]
+        self.begin(begun, first)
 
     def evaluate(self, depth: Array) -> coupled.WearState:
         """Return the state at depths (n_entries,), from the last orbits."""

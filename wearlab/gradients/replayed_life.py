@@ -14,6 +14,7 @@ from wearlab.gradients.numbers import GradientError
 from wearlab.gradients.recorded_rate import RecordedRate
 from wearlab.life import coupled, limits
 from wearlab.life.coupling import Coupling
+from wearlab.life.history import Widths
 from wearlab.life.step import Node, Step, depth_at, retake_step
 from wearlab.scene import Scene
 from wearlab.simulation.initial_wear import initial_wear
@@ -26,6 +27,8 @@ STEP_OF_LARGE = 1e-6
 """That of large systems, whose orbits round off more: wear depths of a planetary set
 are 7e-4 of the largest derivative off by 1e-7, and 4e-5 by 1e-6 (5e-6 and 1e-5 do no
 better)."""
+ROUNDED = 1e-13
+"""Difference of forces, over them, that rounding may make [1]."""
 HALF_WINDOW = 1e-4
 """Half the cycles over which the slope of the depth is taken at the end of a life, over
 those of the last step."""
@@ -49,17 +52,53 @@ class LifeEnds(NamedTuple):
 
 
 class Evaluation(Protocol):
-    """How the states of a replay are evaluated, one after another."""
+    """How the states of a replay are evaluated, one after another.
+
+    Parameters
+    ----------
+    states : every state so far
+    widths : how wide contacts are felt since the last accepted one
+    """
 
     states: list[coupled.WearState]
-    """Every state so far."""
+    widths: Widths = Widths()
+
+    def accept(self, depth: Array) -> None:
+        """Follow the load of the last state, which was accepted at depths, flat [m].
+
+        Parameters
+        ----------
+        depth : (n_entries,)
+        """
+        self.widths = self.widths.accepted(depth, self.states[-1].start)
 
     def evaluate(self, coupling: Coupling, depth: Array) -> coupled.WearState:
         """Return the state at depths (n_entries,)."""
         ...
 
+    def _evaluated(
+        self, coupling: Coupling, depth: Array, near: coupled.WearState
+    ) -> coupled.WearState:
+        """Evaluate a state from the orbits of a near one, or of the last before it.
 
-class FromIntegration:
+        Raises
+        ------
+        GradientError
+            When its response does not repeat.
+        """
+        responses = near.responses
+        for state in reversed(self.states):
+            responses = responses or state.responses
+        start = coupled.StartingPoint(responses, self.widths.at(depth))
+        result = coupling.evaluate(coupling.split(depth), start, near)
+        if 0 in _periods(result):
+            raise GradientError(
+                "the response does not repeat on the way: it has no derivative"
+            )
+        return result
+
+
+class FromIntegration(Evaluation):
     """States of the integration of the life, evaluated anew where they do not serve.
 
     Parameters
@@ -81,13 +120,15 @@ class FromIntegration:
         near, is_same = self.rate.nearest(depth)
         is_closed = all(response.residual <= CLOSED for response in near.responses)
         asks_for_response = coupling.vibration is not None
-        serves = is_same and is_closed and bool(near.responses) == asks_for_response
-        state = near if serves else _evaluated(coupling, depth, near, self.states)
+        is_felt = _same(self.widths.at(depth), near.start_alike.forces)
+        responds = bool(near.responses) == asks_for_response
+        serves = is_same and is_felt and is_closed and responds
+        state = near if serves else self._evaluated(coupling, depth, near)
         self.states.append(state)
         return state
 
 
-class FromReplay:
+class FromReplay(Evaluation):
     """States that each start from the state of the same turn of an earlier replay.
 
     Parameters
@@ -108,35 +149,26 @@ class FromReplay:
             When its response has another period than in the earlier replay.
         """
         near = self.earlier[len(self.states)]
-        state = _evaluated(coupling, depth, near, self.states)
+        state = self._evaluated(coupling, depth, near)
         if _periods(state) != _periods(near):
             raise GradientError("the response changes its period as this number moves")
         self.states.append(state)
         return state
 
 
-def _evaluated(
-    coupling: Coupling,
-    depth: Array,
-    near: coupled.WearState,
-    states: list[coupled.WearState],
-) -> coupled.WearState:
-    """Evaluate a state from the orbits of a near one, or else of the last before it.
+def _same(
+    forces: coupled.PatchForces | None, others: coupled.PatchForces | None
+) -> bool:
+    """Whether forces that make patches are the same but for rounding.
 
-    Raises
-    ------
-    GradientError
-        When its response does not repeat.
+    Where none are known they are found in the state itself.
     """
-    start = near.responses
-    for state in reversed(states):
-        start = start or state.responses
-    result = coupling.evaluate(coupling.split(depth), tuple(start) or None, near)
-    if 0 in _periods(result):
-        raise GradientError(
-            "the response does not repeat on the way: it has no derivative"
-        )
-    return result
+    if forces is None:
+        return True
+    if others is None:
+        return False
+    pairs = zip(forces, others, strict=True)
+    return all(np.allclose(one, other, rtol=ROUNDED, atol=0.0) for one, other in pairs)
 
 
 def _periods(state: coupled.WearState) -> list[int]:
@@ -220,6 +252,7 @@ class ReplayedLife:
         node = Node(0.0, depth, coupling.flat(first.rate))
         steps: list[Step] = []
         for step in self.steps:
+            evaluation.accept(node.depth)
             try:
                 steps.append(retake_step(step, rate, node))
             except limits.StopWear as stop:

@@ -27,11 +27,35 @@ from wearlab.thermal.balance import HeatState
 from wearlab.wear.beyond import ContactsBeyond
 from wearlab.wear.law import PreparedLaw
 from wearlab.wear.patch import Patch
+from wearlab.wear.widths import NodeForces
 
 Wear = tuple[Array, ...]
 """Wear depths of every kind of mesh, each (2, n) ordered (driving, driven) [m]."""
 
 Responses = tuple[Response, ...]
+
+PatchForces = tuple[Array, ...]
+"""Forces that make the patches of every kind of mesh, (n,) each [N]; of conditions that
+take turns those of one after another."""
+
+
+class StartingPoint(NamedTuple):
+    """What a neighbouring wear state leaves to start from.
+
+    Parameters
+    ----------
+    responses : its steady responses, none without dynamics
+    forces : that wear there: contacts are felt as wide as these make them; None: they
+        are found
+    """
+
+    responses: Responses = ()
+    forces: PatchForces | None = None
+
+
+ROUNDS = 2
+"""How often contacts of a worn state without neighbours are felt anew, as wide as the
+round before has loaded them."""
 
 
 class Vibration(NamedTuple):
@@ -234,6 +258,9 @@ class KindState(NamedTuple):
         [N]
     tooth_force : (n_rows, n), one row for loads that know no rows: force on a pair at
         the node [N]
+    felt : (2, n) wear that the mesh feels [m]
+    felt_by : (n,) force that made the patches by which it is felt, None: that on unworn
+        flanks [N]
     rate : (2, n) wear depth per cycle, None without a wear law [m]
     rate_beyond : (2, n) what of it pairs beyond A and E wear off, None: they wear none
     wear_beyond : (2, n) what of the wear they have worn off in this life, None: they
@@ -246,17 +273,27 @@ class KindState(NamedTuple):
     weight: Array
     drive: Array
     tooth_force: Array
+    felt: Array
+    felt_by: Array | None
     rate: Array | None
     rate_beyond: Array | None = None
     wear_beyond: Array | None = None
 
     @property
+    def node_forces(self) -> NodeForces:
+        """Forces on a pair at the node, as they take turns."""
+        single = len(self.tooth_force) == 1
+        return NodeForces(np.ones(1) if single else self.weight, self.tooth_force)
+
+    @property
     def mean_tooth_force(self) -> Array:
         """Force on a pair at the node, averaged over the rows, (n,) [N]."""
-        single = len(self.tooth_force) == 1
-        return np.asarray(
-            self.tooth_force[0] if single else self.weight @ self.tooth_force
-        )
+        return self.node_forces.mean
+
+    @property
+    def patch_force(self) -> Array:
+        """Force that makes the patches, (n,) [N]."""
+        return self.node_forces.wearing
 
 
 class WearState(NamedTuple):
@@ -278,6 +315,20 @@ class WearState(NamedTuple):
     noise: float
     block: "tuple[WearState, ...]" = ()
     heat: HeatState | None = None
+
+    @property
+    def start(self) -> StartingPoint:
+        """What it leaves to a neighbouring state to start from."""
+        forces = [kind.patch_force for state in self.conditions for kind in state.kind]
+        return StartingPoint(self.responses, tuple(forces))
+
+    @property
+    def start_alike(self) -> StartingPoint:
+        """What it leaves to a state whose contacts are to be felt as wide as its."""
+        kinds = [kind for state in self.conditions for kind in state.kind]
+        forces = tuple(kind.felt_by for kind in kinds if kind.felt_by is not None)
+        as_wide = forces if len(forces) == len(kinds) else None
+        return StartingPoint(self.responses, as_wide)
 
     @property
     def conditions(self) -> "tuple[WearState, ...]":
@@ -391,9 +442,20 @@ class MeshKind(NamedTuple):
         ----------
         depth : (2, n) of (driving, driven) [m]
         """
-        felt = depth if self.patch is None else self.patch.effective_wear(depth)
         analysis = self.analysis
-        return analysis.mean_least_gap(felt) - analysis.unworn_least_gap
+        return analysis.mean_least_gap(self.felt(depth)) - analysis.unworn_least_gap
+
+    def felt(self, depth: Array, force: Array | None = None) -> Array:
+        """Return the wear that the mesh feels, (2, n) [m].
+
+        Parameters
+        ----------
+        depth : (2, n) of (driving, driven) [m]
+        force : (n,) that makes the patches, None: that on unworn flanks [N]
+        """
+        if self.patch is None:
+            return depth
+        return self.patch.effective_wear(depth, force)
 
 
 @dataclass(frozen=True)
@@ -407,8 +469,8 @@ class Coupled(Protocol):
 
     kinds: tuple[MeshKind, ...]
 
-    def evaluate(self, wear: Wear, start: Responses | None = None) -> WearState:
-        """Evaluate wear of every kind of mesh, (2, n) each [m], from near responses."""
+    def evaluate(self, wear: Wear, start: StartingPoint | None = None) -> WearState:
+        """Evaluate wear of every kind of mesh, (2, n) each [m], from a near state."""
 
     @property
     def work(self) -> int:
@@ -497,6 +559,49 @@ class OneCondition(Coupled):
             if self.load.moving
             else None
         )
+
+    def felt(self, wear: Wear, forces: PatchForces | None = None) -> Wear:
+        """Return the wear that the meshes feel, of every kind, each (2, …, n) [m].
+
+        Parameters
+        ----------
+        wear : of every kind of mesh [m]
+        forces : that make the patches, None: those on unworn flanks
+        """
+        of_kinds = forces or [None] * len(self.kinds)
+        return tuple(
+            kind.felt(depth, force)
+            for kind, depth, force in zip(self.kinds, wear, of_kinds, strict=True)
+        )
+
+    def as_wide_as_loaded(
+        self,
+        at: Callable[[StartingPoint], WearState],
+        wear: Wear,
+        start: StartingPoint | None,
+    ) -> WearState:
+        """Return a wear state whose contacts are felt as wide as they are loaded.
+
+        As the neighbouring state says; without one the state itself is asked a few
+        times, always as often, so that a scene a little apart is treated alike.
+
+        Parameters
+        ----------
+        at : the state, from what another leaves to start from
+        wear : of every kind of mesh [m]
+        start : what a neighbouring state leaves, None: there is none
+        """
+        state = at(start or StartingPoint())
+        known = start is not None and start.forces is not None
+        follows = any(
+            kind.patch is not None and kind.patch.follows for kind in self.kinds
+        )
+        worn = any(depth.any() for depth in wear)
+        if known or not follows or not worn:
+            return state
+        for _ in range(ROUNDS):
+            state = at(state.start)
+        return state
 
     def in_motion(self, flanks: Sequence[Any]) -> list[Any]:
         """Return the flanks that the dynamics see: those of the kinds with meshes.

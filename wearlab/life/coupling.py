@@ -18,7 +18,9 @@ from wearlab.life.coupled import (
     KindState,
     MeshKind,
     OneCondition,
+    PatchForces,
     Responses,
+    StartingPoint,
     Wear,
     WearState,
 )
@@ -47,6 +49,9 @@ class LoadedFlanks(NamedTuple):
     worn : compliance and gaps of the worn flanks
     static : sharing of the static load
     at_rest : the same as planets that differ share it
+    felt : wear that the meshes feel, each (2, n) [m]
+    felt_by : forces that made the patches by which they feel it, None: those on unworn
+        flanks
     responses : the steady responses, none without dynamics
     forces : of meshes and pairs at the phase nodes
     """
@@ -55,6 +60,8 @@ class LoadedFlanks(NamedTuple):
     worn: list[excitation.MeshFlanks]
     static: list[contact.Quasistatic]
     at_rest: Sequence[contact.Quasistatic]
+    felt: Wear
+    felt_by: PatchForces | None
     responses: Responses
     forces: list[loads.Forces]
 
@@ -71,14 +78,17 @@ class Coupling(OneCondition):
     planets: PlanetsApart | None = field(default=None, kw_only=True)
 
     def evaluate(
-        self, wear: Wear, start: Responses | None = None, near: WearState | None = None
+        self,
+        wear: Wear,
+        start: StartingPoint | None = None,
+        near: WearState | None = None,
     ) -> WearState:
         """Evaluate one wear state.
 
         Parameters
         ----------
         wear : of every kind of mesh, each (2, n), (driving, driven) [m]
-        start : responses of a neighbouring state to start from
+        start : what a neighbouring state leaves to start from
         near : a neighbouring state whose contact to start from
 
         Raises
@@ -87,10 +97,17 @@ class Coupling(OneCondition):
             When the teeth can no longer bear, for their section vanishes, or their
             motion knows no bound.
         """
-        return self.worn_by(self.loaded(wear, start, near))
+
+        def at(start: StartingPoint) -> WearState:
+            return self.worn_by(self.loaded(wear, start, near))
+
+        return self.as_wide_as_loaded(at, wear, start)
 
     def loaded(
-        self, wear: Wear, start: Responses | None = None, near: WearState | None = None
+        self,
+        wear: Wear,
+        start: StartingPoint | None = None,
+        near: WearState | None = None,
     ) -> "LoadedFlanks":
         """Load the flanks of one wear state: contact, response and forces.
 
@@ -103,8 +120,10 @@ class Coupling(OneCondition):
         StopWear
             As of `evaluate`.
         """
+        start = start or StartingPoint()
         with self.account.timed("contact"):
-            worn = self.flanks(wear, near)
+            felt = self.felt(wear, start.forces)
+            worn = self.flanks(wear, near, felt)
             static = [
                 flanks.analysis.quasistatic(flanks.nodes, flanks.analysis.at_nodes)
                 if kind.is_loaded
@@ -118,12 +137,21 @@ class Coupling(OneCondition):
                 at_rest = self.planets.static(worn, static)
         self.account.counts["contact_analyses"] += 1
         with self.account.timed("dynamics"):
-            responses = self._respond(worn, wear, start)
+            responses = self._respond(worn, wear, start.responses)
             forces = [
                 self._forces_on(kind, flanks, state, responses)
                 for kind, flanks, state in zip(self.kinds, worn, at_rest, strict=True)
             ]
-        return LoadedFlanks(wear, worn, static, at_rest, responses, forces)
+        return LoadedFlanks(
+            wear=wear,
+            worn=worn,
+            static=static,
+            at_rest=at_rest,
+            felt=felt,
+            felt_by=start.forces,
+            responses=responses,
+            forces=forces,
+        )
 
     def worn_by(self, loaded: "LoadedFlanks") -> WearState:
         """Return the wear state of flanks under their load, with its wear rate.
@@ -166,6 +194,8 @@ class Coupling(OneCondition):
             weight=force.weight,
             drive=force.drive,
             tooth_force=tooth_force,
+            felt=loaded.felt[number],
+            felt_by=None if loaded.felt_by is None else loaded.felt_by[number],
             rate=None,
         )
         if kind.law is None:
@@ -226,9 +256,15 @@ class Coupling(OneCondition):
         )
 
     def flanks(
-        self, wear: Wear, near: WearState | None = None
+        self, wear: Wear, near: WearState | None = None, felt: Wear | None = None
     ) -> list[excitation.MeshFlanks]:
-        """Return the flanks of every kind of mesh, from the contact of another state.
+        """Return the flanks of every kind of mesh.
+
+        Parameters
+        ----------
+        wear : of every kind of mesh, each (2, n) [m]
+        near : a neighbouring state whose contact to start from
+        felt : wear that the meshes feel, None: as contacts of unworn flanks feel it [m]
 
         Raises
         ------
@@ -243,7 +279,7 @@ class Coupling(OneCondition):
         moves = self.vibration
         worn = []
         for number, (kind, depth, static) in enumerate(
-            zip(self.kinds, wear, near_contacts, strict=True)
+            zip(self.kinds, felt or self.felt(wear), near_contacts, strict=True)
         ):
             if not kind.is_loaded:
                 analysis = kind.analysis
@@ -251,10 +287,7 @@ class Coupling(OneCondition):
                 continue
             analysis = self._thinned(kind.analysis, wear, number)
             try:
-                nodes = analysis.nodes(
-                    depth if kind.patch is None else kind.patch.effective_wear(depth),
-                    static,
-                )
+                nodes = analysis.nodes(depth, static)
             except stiffness.SectionVanished as error:
                 raise limits.StopWear(str(error)) from error
             series = (
@@ -374,7 +407,7 @@ def _over_patch(kind: MeshKind, state: KindState, rate: Array) -> Array:
     """Return a rate (2, n) spread over the patch of contact, if there is one."""
     if kind.patch is None:
         return rate
-    return kind.patch.rate(rate, state.wear, state.mean_tooth_force)
+    return kind.patch.rate(rate, state.wear, state.node_forces)
 
 
 def averaged_rate(

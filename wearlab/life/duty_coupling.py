@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from wearlab.arrays import Array
-from wearlab.life.coupled import Account, Coupled, Responses, Wear, WearState
+from wearlab.life.coupled import Account, Coupled, StartingPoint, Wear, WearState
 from wearlab.life.coupling import Coupling
 
 ROUNDED = 1e-12
@@ -32,20 +32,20 @@ class DutyCoupling(Coupled):
     blocks: tuple[Coupling, ...]
     weight: Array
 
-    def evaluate(self, wear: Wear, start: Responses | None = None) -> WearState:
+    def evaluate(self, wear: Wear, start: StartingPoint | None = None) -> WearState:
         """Evaluate one wear state in every block.
 
         Parameters
         ----------
         wear : of every kind of mesh, each (2, n), (driving, driven) [m]
-        start : responses of a neighbouring state to start from, block after block
+        start : what a neighbouring state leaves to start from, block after block
 
         Returns
         -------
         WearState
             The first block's with the mixed rate; ``block`` holds them all.
         """
-        starts = self.apart(start) if start else [None] * len(self.blocks)
+        starts = self.apart(start or StartingPoint())
         states = tuple(
             block.evaluate(wear, near)
             for block, near in zip(self.blocks, starts, strict=True)
@@ -75,21 +75,23 @@ class DutyCoupling(Coupled):
             else None
         )
 
-    def apart(self, responses: Responses) -> list[Responses]:
-        """Return the responses of each block.
+    def apart(self, start: StartingPoint) -> list[StartingPoint]:
+        """Return what a neighbouring state leaves to each block.
 
         Parameters
         ----------
-        responses : of all blocks, in a row
+        start : of all blocks, in a row
         """
-        left = iter(responses)
-        slow = [
-            None if block.vibration is None else block.vibration.slow
-            for block in self.blocks
-        ]
-        return [
-            tuple(islice(left, 1 if angles is None else len(angles))) for angles in slow
-        ]
+        responses = iter(start.responses)
+        forces = iter(start.forces or ())
+        starts = []
+        for block in self.blocks:
+            slow = None if block.vibration is None else block.vibration.slow
+            angles = 1 if slow is None else len(slow)
+            of_block = tuple(islice(responses, angles))
+            of_kinds = tuple(islice(forces, len(block.kinds)))
+            starts.append(StartingPoint(of_block, of_kinds or None))
+        return starts
 
 
 def mixed(states: tuple[WearState, ...], weight: Array) -> WearState:

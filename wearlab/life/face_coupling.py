@@ -9,12 +9,20 @@ import numpy as np
 from wearlab.arrays import Array
 from wearlab.dynamics.steady.response import Response, dashpot_of
 from wearlab.life import limits
-from wearlab.life.coupled import KindState, OneCondition, Responses, Wear, WearState
+from wearlab.life.coupled import (
+    KindState,
+    OneCondition,
+    PatchForces,
+    StartingPoint,
+    Wear,
+    WearState,
+)
 from wearlab.mesh import stiffness
 from wearlab.mesh.face.contact import FaceContact, FaceFlanks, LineLoads, face_flanks
 from wearlab.mesh.force import Deflections, normal_forces
 from wearlab.wear.law import PreparedLaw, wear_rate
 from wearlab.wear.patch import Patch
+from wearlab.wear.widths import node_forces
 
 
 class FaceState(NamedTuple):
@@ -25,14 +33,21 @@ class FaceState(NamedTuple):
     wear : (2, n_face, n) wear depth along the normal, (driving, driven) [m]
     loads : line loads under the static load
     line_load : (n_face, n) load per width when the node is in contact [N/m]
+    felt : (2, n_face, n) wear that the mesh feels [m]
+    felt_by : (n_face n,) force that made the patches by which it is felt, None: that on
+        unworn flanks [N]
     rate : (2, n_face, n) wear depth per cycle, None without a wear law [m]
+    patch_force : (n_face n,) line load on the whole face, which makes the patches [N]
     flanks : as the dynamics see them, by their force over deflection; None without
     """
 
     wear: Array
     loads: LineLoads
     line_load: Array
+    felt: Array
+    felt_by: Array | None
     rate: Array | None
+    patch_force: Array
     flanks: FaceFlanks | None = None
 
     @property
@@ -82,9 +97,30 @@ class FaceKind(NamedTuple):
         ----------
         depth : (2, n_face, n) of (driving, driven) [m]
         """
-        felt = effective_wear(self.patch, depth)
         contact = self.contact
-        return contact.mean_least_gap(felt) - contact.unworn_least_gap
+        return contact.mean_least_gap(self.felt(depth)) - contact.unworn_least_gap
+
+    def felt(self, depth: Array, force: Array | None = None) -> Array:
+        """Return the wear that the mesh feels, slice by slice, (2, n_face, n) [m].
+
+        Parameters
+        ----------
+        depth : (2, n_face, n) of (driving, driven) [m]
+        force : (n_face n,) that makes the patches, None: that on unworn flanks [N]
+        """
+        if self.patch is None:
+            return depth
+        felt = self.patch.effective_wear(depth.reshape(2, -1), force)
+        return felt.reshape(depth.shape)
+
+    def force_of(self, line_load: Array) -> Array:
+        """Return line loads (n_face, n) as forces on the whole face, (n_face n,) [N].
+
+        Parameters
+        ----------
+        line_load : load per width when a node is in contact [N/m]
+        """
+        return np.asarray(line_load.ravel() * self.contact.grid.face_width)
 
 
 @dataclass(frozen=True)
@@ -102,30 +138,41 @@ class FaceCoupling(OneCondition):
         default_factory=list, init=False, repr=False, compare=False
     )
 
-    def evaluate(self, wear: Wear, start: Responses | None = None) -> WearState:
+    def evaluate(self, wear: Wear, start: StartingPoint | None = None) -> WearState:
         """Evaluate one wear state.
 
         Parameters
         ----------
         wear : of every kind of mesh, each (2, n_face, n), (driving, driven) [m]
-        start : responses of a neighbouring state to start from
+        start : what a neighbouring state leaves to start from
 
         Raises
         ------
         StopWear
             When wear is deeper than a tooth is thick, or the motion knows no bound.
         """
+
+        def at(start: StartingPoint) -> WearState:
+            return self._evaluated(wear, start)
+
+        return self.as_wide_as_loaded(at, wear, start)
+
+    def _evaluated(self, wear: Wear, start: StartingPoint) -> WearState:
+        """Return one wear state, its contacts felt as another has loaded them."""
         with self.account.timed("contact"):
-            states = self._in_contact(wear)
+            states = self._in_contact(wear, start.forces)
         with self.account.timed("dynamics"):
-            responses = self._respond([state.flanks for state in states], wear, start)
+            flanks = [state.flanks for state in states]
+            responses = self._respond(flanks, wear, start.responses)
             for number, kind in enumerate(
                 self.kinds if responses and self.load.moving else ()
             ):
                 if not kind.is_loaded:
                     continue
                 moving = self._moving_load(kind, states[number], responses[0])
-                states[number] = states[number]._replace(line_load=moving)
+                states[number] = states[number]._replace(
+                    line_load=moving, patch_force=kind.force_of(moving)
+                )
         with self.account.timed("wear"):
             for number, kind in enumerate(self.kinds):
                 if kind.law is not None and not kind.is_loaded:
@@ -141,16 +188,19 @@ class FaceCoupling(OneCondition):
         """Return the flanks, worn (2, n_face, n) each [m], as dynamics see them."""
         return [state.flanks for state in self._in_contact(wear)]
 
-    def _in_contact(self, wear: Wear) -> list[FaceState]:
+    def _in_contact(
+        self, wear: Wear, forces: PatchForces | None = None
+    ) -> list[FaceState]:
         """Return the states of all kinds of mesh under their static load, at rest."""
+        felt = self.felt(wear, forces)
         near: Sequence[FaceState | None] = self._last or [None] * len(self.kinds)
         states: list[FaceState] = []
-        for kind, depth, last in zip(self.kinds, wear, near, strict=True):
+        for number, (kind, depth, worn, last) in enumerate(
+            zip(self.kinds, wear, felt, near, strict=True)
+        ):
             if not kind.is_loaded:
-                no_load = np.zeros(kind.shape)
-                states.append(FaceState(depth, kind.contact.unworn, no_load, None))
+                states.append(_unloaded(kind, depth, worn))
                 continue
-            worn = effective_wear(kind.patch, depth)
             contact = kind.contact
             try:
                 loads = contact.solve(worn, None if last is None else last.loads)
@@ -160,8 +210,18 @@ class FaceCoupling(OneCondition):
             if self.vibration is not None:
                 near_flanks = None if last is None else last.flanks
                 flanks = face_flanks(contact, worn, loads, near_flanks)
+            line_load = contact.grid.at_nodes(loads.load)
             states.append(
-                FaceState(depth, loads, contact.grid.at_nodes(loads.load), None, flanks)
+                FaceState(
+                    wear=depth,
+                    loads=loads,
+                    line_load=line_load,
+                    felt=worn,
+                    felt_by=None if forces is None else forces[number],
+                    rate=None,
+                    patch_force=kind.force_of(line_load),
+                    flanks=flanks,
+                )
             )
         self._last[:] = states
         self.account.counts["contact_analyses"] += 1
@@ -178,7 +238,6 @@ class FaceCoupling(OneCondition):
         vibration = self.vibration
         grid = kind.contact.grid
         assert vibration is not None and state.flanks is not None
-        worn = effective_wear(kind.patch, state.wear)
         springs = state.flanks.springs(grid.inside % 1.0).per(vibration.period)
         mean = np.zeros(grid.shape)
         rows = 0
@@ -190,7 +249,9 @@ class FaceCoupling(OneCondition):
                 drive = normal_forces(
                     springs, Deflections(*row), dashpot
                 ).pair_normal.sum(axis=-1)
-                loads = kind.contact.solve(worn, state.loads, drive, stiffness=False)
+                loads = kind.contact.solve(
+                    state.felt, state.loads, drive, stiffness=False
+                )
                 mean += grid.at_nodes(loads.load)
                 rows += 1
         return np.asarray(mean / rows)
@@ -211,12 +272,17 @@ class FaceCoupling(OneCondition):
         )
 
 
-def effective_wear(patch: Patch | None, depth: Array) -> Array:
-    """Return the wear that the mesh feels, slice by slice, (2, n_face, n) [m]."""
-    return (
-        depth
-        if patch is None
-        else patch.effective_wear(depth.reshape(2, -1)).reshape(depth.shape)
+def _unloaded(kind: FaceKind, depth: Array, felt: Array) -> FaceState:
+    """Return the state of flanks that have no meshes."""
+    no_load = np.zeros(kind.shape)
+    return FaceState(
+        wear=depth,
+        loads=kind.contact.unworn,
+        line_load=no_load,
+        felt=felt,
+        felt_by=None,
+        rate=None,
+        patch_force=no_load.ravel(),
     )
 
 
@@ -230,7 +296,8 @@ def face_rate(kind: FaceKind, law: PreparedLaw, state: FaceState) -> Array:
     state : its wear and its line loads
     """
     depth = state.wear.reshape(2, -1)
-    force = state.line_load.ravel() * law.path.face_width
-    pointwise = wear_rate(law, force, depth)
-    rate = pointwise if kind.patch is None else kind.patch.rate(pointwise, depth, force)
+    pointwise = wear_rate(law, state.patch_force, depth)
+    rate = pointwise
+    if kind.patch is not None:
+        rate = kind.patch.rate(pointwise, depth, node_forces(state.patch_force))
     return rate.reshape(state.wear.shape)

@@ -1,5 +1,6 @@
 """A life of a gear set: integrate the wear, then evaluate every kept state."""
 
+import math
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from typing import Any, NamedTuple
@@ -15,6 +16,13 @@ from wearlab.life.duty_coupling import DutyCoupling
 MAX_SAMPLES = 5
 """Accepted states on which the estimates of a life's errors rest."""
 
+FOLLOWED_WITHIN = 10e-6
+"""Mean wear over which the width at which contacts are felt follows their load [m]."""
+LEAST_FOLLOWED = 0.1e-6
+"""Mean wear over which it does so on new flanks; in between it is the wear so far."""
+LEAST_FORCE = 1e-3
+"""Force over the largest below which contacts are not felt narrower [1]."""
+
 KEPT_SHARES = 64
 """States whose share of wear beyond A and E a rate remembers: those of some steps."""
 
@@ -27,7 +35,83 @@ ACCEPTED_STATES = 200
 twentieth of a megabyte each; those beyond it are evaluated again where they are asked
 for."""
 
-Memory = tuple[coupled.Responses, float]
+
+class Widths(NamedTuple):
+    """How wide contacts are felt from one accepted state to the next.
+
+    ``F = F_n exp(−s/L) + …`` in the logarithm: from the width at which the accepted
+    state felt them towards that under which it loaded them, over the mean wear s since.
+    So the rate depends on the depth alone within a step, and does not jump between two.
+
+    Parameters
+    ----------
+    felt : forces that made the patches at the accepted state, None: there was none
+    loaded : forces that wore it
+    wear : its mean depth [m]
+    """
+
+    felt: coupled.PatchForces | None = None
+    loaded: coupled.PatchForces | None = None
+    wear: float = 0.0
+
+    def at(self, depth: Array) -> coupled.PatchForces | None:
+        """Return the forces that make the patches at flat depths [m], None: unknown.
+
+        Parameters
+        ----------
+        depth : (n_entries,) of a state of the step
+        """
+        if self.felt is None or self.loaded is None:
+            return self.felt
+        length = min(FOLLOWED_WITHIN, self.wear + LEAST_FOLLOWED)
+        worn = max(0.0, float(depth.mean()) - self.wear)
+        share = math.exp(-worn / length)
+        return tuple(
+            _between(felt, loaded, share)
+            for felt, loaded in zip(self.felt, self.loaded, strict=True)
+        )
+
+    def accepted(self, depth: Array, state: coupled.StartingPoint) -> "Widths":
+        """Return how wide contacts are felt after a state that was accepted.
+
+        Parameters
+        ----------
+        depth : (n_entries,) its depths, flat [m]
+        state : what it leaves
+        """
+        felt = self.at(depth)
+        if felt is None:
+            felt = state.forces
+        return Widths(felt, state.forces, float(depth.mean()))
+
+
+def _between(felt: Array, loaded: Array, share: float) -> Array:
+    """Return forces between two, a share of the first in their logarithm [N]."""
+    least = LEAST_FORCE * max(float(felt.max()), float(loaded.max()))
+    if least <= 0.0:
+        return loaded
+    first = np.log(np.maximum(felt, least))
+    second = np.log(np.maximum(loaded, least))
+    return np.asarray(np.exp(second + share * (first - second)))
+
+
+class Memory(NamedTuple):
+    """What a rate remembers of the states in which it was evaluated.
+
+    Parameters
+    ----------
+    last : what the last one leaves
+    widths : how wide contacts are felt since the last accepted one
+    noise : of the rate of the last one [m per cycle]
+    """
+
+    last: coupled.StartingPoint
+    widths: Widths
+    noise: float
+
+    def start_at(self, depth: Array) -> coupled.StartingPoint:
+        """Return what a state at flat depths (n_entries,) [m] starts from."""
+        return coupled.StartingPoint(self.last.responses, self.widths.at(depth))
 
 
 class History(NamedTuple):
@@ -125,22 +209,25 @@ def halving(count: int) -> list[int]:
     return order
 
 
-def is_of_wear_alone(coupling: coupled.Coupled) -> bool:
-    """Return whether a state follows from its wear, to the last bit.
+def is_at_rest(coupling: coupled.Coupled) -> bool:
+    """Return whether nothing moves: a state starts from nothing but widths of contact.
 
-    So it is where nothing moves: motions, and loads over a face, start from near ones.
+    Motions, and loads over a face, start from near ones.
 
     Parameters
     ----------
     coupling : contact, dynamics and wear of the gear set
     """
     if isinstance(coupling, DutyCoupling):
-        return all(map(is_of_wear_alone, coupling.blocks))
+        return all(map(is_at_rest, coupling.blocks))
     return isinstance(coupling, Coupling) and coupling.vibration is None
 
 
 class SetRate:
     """The wear rate of all flanks, flat, with the last orbits as its memory.
+
+    How wide contacts are felt follows their load from one accepted state to the next,
+    see `Widths`.
 
     Parameters
     ----------
@@ -149,10 +236,11 @@ class SetRate:
 
     def __init__(self, coupling: coupled.Coupled) -> None:
         self.coupling = coupling.rate_only()
-        self.responses: coupled.Responses = ()
+        self.last = coupled.StartingPoint()
+        self.widths = Widths()
         self.noise = 0.0
         self.beyond: dict[bytes, Array] = {}
-        self.is_of_wear_alone = is_of_wear_alone(self.coupling)
+        self.is_at_rest = is_at_rest(self.coupling)
         self.last_states: dict[bytes, coupled.WearState] = {}
         resting = self.coupling.static_only()
         self.still = None if resting is None else SetRate(resting)
@@ -162,10 +250,38 @@ class SetRate:
         state = self.evaluate(depth)
         if not state.wears:
             raise ValueError("a scene without a wear law has no wear rate")
-        self.responses = state.responses or self.responses
-        self.noise = state.noise
+        self._note(depth, state)
         self._note_beyond(depth, state)
         return self.coupling.flat(state.rate)
+
+    def begin(self, depth: Array, first: coupled.WearState) -> None:
+        """Take the first state as known.
+
+        Parameters
+        ----------
+        depth : (n_entries,) its depths, flat [m]
+        first : the state
+        """
+        self._note(depth, first)
+
+    def _note(self, depth: Array, state: coupled.WearState) -> None:
+        """Keep what a state leaves to those after it."""
+        left = state.start
+        if self.widths.felt is None:
+            self.widths = self.widths.accepted(depth, left)
+        self.last = left._replace(responses=left.responses or self.last.responses)
+        self.noise = state.noise
+
+    def accept(self, depth: Array) -> None:
+        """Follow the load of the last state, which was accepted at depths, flat [m].
+
+        Parameters
+        ----------
+        depth : (n_entries,)
+        """
+        self.widths = self.widths.accepted(depth, self.last)
+        if self.still is not None and self.still.widths.felt is not None:
+            self.still.accept(depth)
 
     def _note_beyond(self, depth: Array, state: coupled.WearState) -> None:
         """Keep what pairs beyond A and E do in the last few states."""
@@ -193,19 +309,20 @@ class SetRate:
         """Return the state at depths (n_entries,), from the last orbits."""
         state = self.last_state(depth)
         if state is None:
-            state = self.coupling.evaluate(self.coupling.split(depth), self.responses)
+            start = self.remember().start_at(depth)
+            state = self.coupling.evaluate(self.coupling.split(depth), start)
             self.note_state(depth, state)
         return state
 
     def note_state(self, depth: Array, state: coupled.WearState) -> None:
-        """Keep a state that follows from its depths alone, for the next few.
+        """Keep a state in which nothing moves, for the next few.
 
         Parameters
         ----------
         depth : (n_entries,) [m]
         state : the state there
         """
-        if not self.is_of_wear_alone:
+        if not self.is_at_rest:
             return
         self.last_states[depth.tobytes()] = state
         while len(self.last_states) > LAST_STATES:
@@ -240,12 +357,12 @@ class SetRate:
             account.counts.update(counts)
 
     def remember(self) -> Memory:
-        """Return the last orbits, and the noise of their rate."""
-        return self.responses, self.noise
+        """Return the last orbits, the widths, and the noise of the rate."""
+        return Memory(self.last, self.widths, self.noise)
 
     def recall(self, memory: Memory) -> None:
-        """Put earlier orbits back."""
-        self.responses, self.noise = memory
+        """Put earlier orbits and widths back."""
+        self.last, self.widths, self.noise = memory
 
 
 def history(
@@ -283,9 +400,9 @@ def history(
     """
     rate = SetRate(coupling)
     first = coupling.evaluate(wear)
-    rate.responses = first.responses
     begun = coupling.flat(wear)
-    if is_of_wear_alone(coupling):
+    rate.begin(begun, first)
+    if is_at_rest(coupling):
         rate.note_state(begun, first)
     states = _KeptStates(coupling, rate)
     states.accept(0.0, begun)
@@ -331,25 +448,23 @@ class _KeptStates:
     def __init__(self, coupling: coupled.Coupled, rate: SetRate) -> None:
         self._coupling = coupling
         self._rate = rate
-        self._is_of_wear_alone = is_of_wear_alone(coupling)
-        self._orbits: list[tuple[float, coupled.Responses]] = [
-            (-np.inf, rate.responses)
-        ]
+        self._is_at_rest = is_at_rest(coupling)
+        self._memories: list[tuple[float, Memory]] = [(-np.inf, rate.remember())]
         self._accepted: dict[float, coupled.WearState | None] = {}
         self._states: dict[float, coupled.WearState | None] = {}
 
     def accept(self, cycle: float, depth: Array) -> None:
         """Keep what the rate knows of a state that was accepted at a cycle.
 
-        Its orbits, and where it follows from its wear alone the state itself.
+        What it remembers, and where nothing moves the state itself.
 
         Parameters
         ----------
         cycle : of the state [1]
         depth : (n_entries,) [m]
         """
-        self._orbits.append((cycle, self._rate.responses))
-        if self._is_of_wear_alone and cycle not in self._accepted:
+        self._memories.append((cycle, self._rate.remember()))
+        if self._is_at_rest and cycle not in self._accepted:
             has_room = len(self._accepted) < ACCEPTED_STATES
             self._accepted[cycle] = self._rate.last_state(depth) if has_room else None
 
@@ -370,11 +485,12 @@ class _KeptStates:
             if self._states[cycle] is not None:
                 continue
             counted = self._rate.accounted()
-            orbits = [orbits for reached, orbits in self._orbits if reached < cycle][-1]
+            before = [kept for reached, kept in self._memories if reached < cycle][-1]
             # the gears cannot run in the state that ended the life
             with suppress(limits.StopWear):
                 wear = self._coupling.split(depth)
-                self._states[cycle] = self._coupling.evaluate(wear, orbits)
+                start = before.start_at(depth)
+                self._states[cycle] = self._coupling.evaluate(wear, start)
             if cycle in self._accepted:  # counted when it was accepted
                 self._rate.account_for(counted)
 

@@ -423,6 +423,7 @@ class _Integration:
         noise = self.rate.noise
         last_error = float(np.abs(self.error.total).max(initial=0.0))
         self.nodes.append(self._kept(step))
+        self.rate.accept(self.node.depth)
         self.curves.append(step)
         self.error.add(step, noise)
         if jump is not None and jump.cycle <= self.node.cycle:

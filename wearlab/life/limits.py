@@ -126,7 +126,8 @@ class CountedRate:
     A rate may have more: ``work``, the ``noise`` of the last one, a rate under the
     ``still`` load, cheap and smooth beside it; a memory (the last orbits), which a
     rejected step must not leave on another branch: ``remember()``, ``recall(memory)``
-    and what it holds by identity, ``shared``; and an account of work that another
+    and what it holds by identity, ``shared``; what it changes when a state is accepted,
+    ``accept(h)``; and an account of work that another
     process may have done in part: ``accounted()``, ``account_for(done)``.
 
     Parameters
@@ -204,6 +205,15 @@ class CountedRate:
         self.count, account, memory = state
         self._asked("account_for", account)
         self.recall(memory)
+
+    def accept(self, h: Array) -> None:
+        """Tell the rate that the state of its last evaluation was accepted, at h [m].
+
+        Parameters
+        ----------
+        h : (n,) depths of that state
+        """
+        self._asked("accept", h)
 
     def remember(self) -> Any:
         """Return the rate's memory, None when it has none."""

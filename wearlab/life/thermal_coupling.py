@@ -13,7 +13,7 @@ import numpy as np
 
 from wearlab.arrays import Array
 from wearlab.life import limits
-from wearlab.life.coupled import MeshKind, Responses, Wear, WearState
+from wearlab.life.coupled import MeshKind, StartingPoint, Wear, WearState
 from wearlab.life.coupling import Coupling, LoadedFlanks
 from wearlab.life.duty_coupling import DutyCoupling, mixed
 from wearlab.life.loads import Forces
@@ -77,7 +77,10 @@ class ThermalCoupling(Coupling):
     warming: Warming = field(kw_only=True)
 
     def evaluate(
-        self, wear: Wear, start: Responses | None = None, near: WearState | None = None
+        self,
+        wear: Wear,
+        start: StartingPoint | None = None,
+        near: WearState | None = None,
     ) -> WearState:
         """Evaluate one wear state at the temperatures that its friction holds.
 
@@ -90,8 +93,12 @@ class ThermalCoupling(Coupling):
         StopWear
             When no temperature is steady, and as of `Coupling.evaluate`.
         """
-        settling = Settling([self], np.ones(1), wear, [start], near)
-        return settling.steady_states(self.warming.balance)[0]
+
+        def at(start: StartingPoint) -> WearState:
+            settling = Settling([self], np.ones(1), wear, [start], near)
+            return settling.steady_states(self.warming.balance)[0]
+
+        return self.as_wide_as_loaded(at, wear, start)
 
     def at(self, temperature: Array) -> "ThermalCoupling":
         """Return the coupling of gears at temperatures.
@@ -150,17 +157,21 @@ class ThermalDuty(DutyCoupling):
     time: Array
     balance: HeatBalance
 
-    def evaluate(self, wear: Wear, start: Responses | None = None) -> WearState:
+    def evaluate(self, wear: Wear, start: StartingPoint | None = None) -> WearState:
         """Evaluate one wear state in every block, at the temperatures of all.
 
         Parameters
         ----------
         wear, start : as of `DutyCoupling.evaluate`
         """
-        starts = list(self.apart(start)) if start else [None] * len(self.blocks)
         blocks = [block for block in self.blocks if isinstance(block, ThermalCoupling)]
-        settling = Settling(blocks, self.time, wear, starts, is_shared=True)
-        return mixed(settling.steady_states(self.balance), self.weight)
+
+        def at(start: StartingPoint) -> WearState:
+            starts = self.apart(start)
+            settling = Settling(blocks, self.time, wear, starts, is_shared=True)
+            return mixed(settling.steady_states(self.balance), self.weight)
+
+        return blocks[0].as_wide_as_loaded(at, wear, start)
 
 
 @dataclass
@@ -172,7 +183,7 @@ class Settling:
     blocks : the pair in each condition
     time : (n_blocks,) share of the time of each [1]
     wear : of the kind of mesh [m]
-    starts : responses of a neighbouring state of each condition, None without
+    starts : what a neighbouring state leaves of each condition
     near : a neighbouring state whose contact to start from, of a single condition
     is_shared : whether they take turns and have one temperature
     couplings, loaded, temperature : what was last looked at: the gears at temperatures
@@ -182,7 +193,7 @@ class Settling:
     blocks: Sequence[ThermalCoupling]
     time: Array
     wear: Wear
-    starts: Sequence[Responses | None]
+    starts: Sequence[StartingPoint]
     near: WearState | None = None
     is_shared: bool = False
     couplings: list[Coupling] = field(default_factory=list)
@@ -202,7 +213,10 @@ class Settling:
             coupling.loaded(self.wear, start, self.near)
             for coupling, start in zip(self.couplings, self.starts, strict=True)
         ]
-        self.starts = [loaded.responses or None for loaded in self.loaded]
+        self.starts = [
+            start._replace(responses=loaded.responses)
+            for start, loaded in zip(self.starts, self.loaded, strict=True)
+        ]
         powers = [self._power(number) for number in range(len(self.blocks))]
         return float(self.time @ powers)
 

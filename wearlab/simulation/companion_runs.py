@@ -26,7 +26,7 @@ from wearlab.arrays import Array, Index
 from wearlab.dynamics.forces import mesh_forces
 from wearlab.gears.specification import GearError
 from wearlab.life import history, limits
-from wearlab.life.coupled import Coupled, Responses, Wear, WearState
+from wearlab.life.coupled import Coupled, Responses, StartingPoint, Wear, WearState
 from wearlab.mesh import clock, profile
 from wearlab.simulation.dataset import bearings
 
@@ -132,7 +132,7 @@ def carried(
 def alike(
     parts: assembly.GearModel,
     wear: Wear,
-    start: Responses,
+    start: StartingPoint,
     reference: WearState,
     *,
     rate_only: bool = False,
@@ -143,7 +143,7 @@ def alike(
     ----------
     parts : the physics
     wear : of every kind of mesh [m]
-    start : responses near it
+    start : what a state near it leaves to start from
     reference : the other state
     rate_only : whether its wear rate is all that is asked: where the static force
         wears, it then responds to nothing
@@ -188,6 +188,26 @@ def carried_wear(
         carried(fine.analysis.grid, value, coarse.analysis.grid)
         for fine, value, coarse in kinds
     )
+
+
+def carried_forces(
+    parts: assembly.GearModel, state: WearState, rough: assembly.GearModel
+) -> tuple[Array, ...]:
+    """Return the forces that make the patches of a state, on the nodes of another.
+
+    Parameters
+    ----------
+    parts : the physics of the state
+    state : the wear state in one condition
+    rough : the other physics
+    """
+    forces = [
+        carried(fine.analysis.grid, of_kind.patch_force[None], coarse.analysis.grid)[0]
+        for fine, of_kind, coarse in zip(
+            parts.kinds, state.kind, rough.kinds, strict=True
+        )
+    ]
+    return tuple(np.maximum(0.0, force) for force in forces)
 
 
 def between_nodes(
@@ -268,7 +288,8 @@ def _of_share(
         wear = tuple(
             np.maximum(0.0, depth) for depth in carried_wear(parts, state.wear, rough)
         )
-        companion = alike(rough, wear, start, state)
+        forces = carried_forces(parts, state, rough)
+        companion = alike(rough, wear, StartingPoint(start, forces), state)
         if companion is not None:
             near = companion.responses
             rate = None

@@ -9,7 +9,7 @@ from wearlab import assembly
 from wearlab.arrays import Array
 from wearlab.life import history
 from wearlab.life.coupled import WearState
-from wearlab.life.face_coupling import FaceState, effective_wear
+from wearlab.life.face_coupling import FaceState
 from wearlab.mesh.face.contact import FaceContact, LineLoads
 from wearlab.simulation.dataset.face import (
     contact_over_period,
@@ -115,7 +115,7 @@ def static_loads(model: assembly.GearModel, wear: Sequence[Array]) -> list[LineL
     """
     assert model.face is not None
     return [
-        kind.contact.solve(effective_wear(kind.patch, depth))
+        kind.contact.solve(kind.felt(depth))
         for kind, depth in zip(model.face.kinds, wear, strict=True)
     ]
 

@@ -139,7 +139,9 @@ def _of_kinds(
     if carried_from is not None:
         wear = companion_runs.carried_wear(carried_from, state.wear, model)
         as_warm = model.coupling_held_as(state)
-        flanks = as_warm.flanks(tuple(np.maximum(0.0, depth) for depth in wear))
+        depths = tuple(np.maximum(0.0, depth) for depth in wear)
+        forces = companion_runs.carried_forces(carried_from, state, model)
+        flanks = as_warm.flanks(depths, felt=as_warm.felt(depths, forces))
     return [
         period_numbers(contact_over_period(worn.analysis, worn.nodes), model.harmonics)
         for worn in flanks

@@ -266,6 +266,6 @@ def _worn_by(
     ]
     companions = zip(joint.conditions, worn, strict=True)
     return tuple(
-        alike(twin.parts, wear, twin.state.responses, twin.state, rate_only=rate_only)
+        alike(twin.parts, wear, twin.state.start_alike, twin.state, rate_only=rate_only)
         for twin, wear in companions
     )

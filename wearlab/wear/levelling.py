@@ -34,7 +34,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 from scipy.sparse import block_diag, csr_array, diags_array, eye_array, kron
@@ -52,6 +52,7 @@ from wearlab.wear.patch import (
     two_way,
 )
 from wearlab.wear.path import WearPath
+from wearlab.wear.widths import NodeForces
 
 FIRST_ORDER = 2
 MIN_ORDERS, MAX_ORDERS = 4, 32
@@ -554,9 +555,9 @@ class Elastic(TwoWay):
     largest: Array
     ahead: Ahead
 
-    def rate(self, pointwise: Array, depth: Array, force: Array) -> Array:
+    def rate(self, pointwise: Array, depth: Array, forces: NodeForces) -> Array:
         """Return the wear rate of flanks from that of contact centres, (2, n)."""
-        contact = np.clip(force / self.reference, 0.0, self.largest)
+        contact = np.clip(forces.mean / self.reference, 0.0, self.largest)
         spread = self.spreading @ pointwise.ravel()
         forced = spread + self.levelling.at(depth.ravel(), contact)
         if self.shift is not None:
@@ -629,6 +630,7 @@ class LazyElastic:
 
     setting: PatchSetting
     law: PreparedLaw
+    follows: ClassVar[bool] = False
 
     @cached_property
     def felt(self) -> TwoWay:
@@ -651,10 +653,10 @@ class LazyElastic:
             setting.analysis.along_line_of_action,
         )
 
-    def effective_wear(self, depth: Array) -> Array:
+    def effective_wear(self, depth: Array, force: Array | None = None) -> Array:
         """Return the wear that the mesh feels, (2, n) [m]."""
         return self.felt.effective_wear(depth)
 
-    def rate(self, pointwise: Array, depth: Array, force: Array) -> Array:
+    def rate(self, pointwise: Array, depth: Array, forces: NodeForces) -> Array:
         """Return the wear rate of flanks from that of contact centres, (2, n)."""
-        return self.made.rate(pointwise, depth, force)
+        return self.made.rate(pointwise, depth, forces)

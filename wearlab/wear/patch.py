@@ -11,8 +11,9 @@ depth of one point. A line contact is as wide as it is both ways:
 - **levelled** D: inside the patch the crests carry more pressure than the valleys
   (:mod:`wearlab.wear.levelling`).
 
-``a`` is Hertz's half width under the static force on unworn flanks, at least a fifth of
-the mesh force: the kernels are linear and do not change over a life.
+``a`` is Hertz's half width: under the force of the moment
+(:mod:`wearlab.wear.following`), or, for comparison, under the static force on unworn
+flanks, at least a fifth of the mesh force, for the whole life.
 
 **Spread.** In truth a flank point at arc L is worn while the contact's centre L_c
 passes from L − a to L + a, each moment at the sliding of that moment:
@@ -34,7 +35,7 @@ value turns negative. What would fall off either end of the path is reflected th
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache, wraps
-from typing import TYPE_CHECKING, Any, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -43,6 +44,7 @@ from scipy.sparse import block_diag, csr_array, diags_array
 from wearlab.arrays import Array
 from wearlab.gears.specification import GearError
 from wearlab.wear.path import WearPath, contact_half_width
+from wearlab.wear.widths import NodeForces
 
 if TYPE_CHECKING:
     from wearlab.mesh.contact import ContactAnalysis
@@ -105,12 +107,20 @@ class PatchSetting:
 
 
 class Patch(Protocol):
-    """Over which width wear is spread and felt."""
+    """Over which width wear is spread and felt.
 
-    def effective_wear(self, depth: Array) -> Array:
-        """Return the wear that the mesh feels, (2, n) [m]."""
+    ``follows`` says whether the width is that under the force of the moment.
+    """
 
-    def rate(self, pointwise: Array, depth: Array, force: Array) -> Array:
+    follows: ClassVar[bool]
+
+    def effective_wear(self, depth: Array, force: Array | None = None) -> Array:
+        """Return the wear (2, n) that the mesh feels under forces (n,) at the nodes.
+
+        None: under those on unworn flanks.
+        """
+
+    def rate(self, pointwise: Array, depth: Array, forces: NodeForces) -> Array:
         """Return the wear rate of flanks from that of contact centres, (2, n)."""
 
 
@@ -127,19 +137,20 @@ class OneWay:
     """
 
     spreading: csr_array
+    follows: ClassVar[bool] = False
 
-    def effective_wear(self, depth: Array) -> Array:
+    def effective_wear(self, depth: Array, force: Array | None = None) -> Array:
         """Return the wear that the mesh feels, (2, n) [m]."""
         return depth
 
-    def rate(self, pointwise: Array, depth: Array, force: Array) -> Array:
+    def rate(self, pointwise: Array, depth: Array, forces: NodeForces) -> Array:
         """Return the wear rate of flanks from that of contact centres, (2, n).
 
         Parameters
         ----------
         pointwise : (2, n) wear rate given to the centre of each contact [m per cycle]
         depth : (2, n) wear [m]
-        force : (n,) mean force on a pair touching at the node [N]
+        forces : on pairs touching at the nodes
         """
         return np.asarray(self.spreading @ pointwise.ravel()).reshape(pointwise.shape)
 
@@ -155,7 +166,7 @@ class TwoWay(OneWay):
 
     averaging: csr_array
 
-    def effective_wear(self, depth: Array) -> Array:
+    def effective_wear(self, depth: Array, force: Array | None = None) -> Array:
         """Return the wear that the mesh feels, (2, n) [m]."""
         return np.asarray(self.averaging @ depth.ravel()).reshape(depth.shape)
 

@@ -29,10 +29,11 @@ def path_values(model: assembly.GearModel, states: States) -> label.Values:
 
     def on_both_flanks(
         of_force: Callable[[assembly.MeshKindModel, Array], Array],
+        under: Sequence[Array] = forces,
     ) -> Array:
         """Return what both flanks share, (n_updates, n_flanks, …, n)."""
         of_kind = []
-        for number, kind_forces in enumerate(forces):
+        for number, kind_forces in enumerate(under):
             values = _of_states(of_force, kinds[number], number, kind_forces, warm)
             of_kind.append(np.stack([values, values], axis=1))
         return by_flank(model, of_kind, axes)
@@ -42,6 +43,11 @@ def path_values(model: assembly.GearModel, states: States) -> label.Values:
         values["tooth_force"] = on_both_flanks(lambda kind, load: load)
     values["contact_pressure"] = on_both_flanks(
         lambda kind, load: pressure_factor * path.mean_pressure(load, kind.path)
+    )
+
+    wearing = [_wearing_forces(model, states, kind) for kind in range(len(kinds))]
+    values["contact_half_width"] = on_both_flanks(
+        lambda kind, load: path.contact_half_width(load, kind.path), wearing
     )
 
     every_update = np.ones((len(states), 1, 1))
@@ -104,6 +110,34 @@ def _mean_forces(model: assembly.GearModel, states: States, kind: int) -> Array:
         return np.stack([state.kind[kind].mean_tooth_force for state in states])
     line_loads = [state.line_load for state in face_states(states, kind)]
     return np.stack(line_loads) * model.kinds[kind].path.face_width
+
+
+def half_widths_of(model: assembly.GearModel, states: States, kind: int) -> Array:
+    """Return half widths of contact at the nodes, (n_updates, …, n) [m].
+
+    Of gears that are not warm.
+
+    Parameters
+    ----------
+    model : the physics of the scene
+    states : the wear states
+    kind : number of the kind of mesh
+    """
+    force = _wearing_forces(model, states, kind)
+    return path.contact_half_width(force, model.kinds[kind].path)
+
+
+def _wearing_forces(model: assembly.GearModel, states: States, kind: int) -> Array:
+    """Return the forces that make the patches along the path, (n_updates, …, n) [N].
+
+    Of forces that take turns the mean with the weight of what they wear.
+    """
+    return np.stack(
+        [
+            of_kind.patch_force.reshape(np.shape(of_kind.wear)[1:])
+            for of_kind in (state.kind[kind] for state in states)
+        ]
+    )
 
 
 def film_thickness(kind: assembly.MeshKindModel, load: Array) -> Array:

@@ -2,12 +2,15 @@
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from wearlab import assembly
 from wearlab.dynamics.steady.coexisting import Search
 from wearlab.life import history, integrate
 from wearlab.scene import Scene
 from wearlab.simulation import initial_wear, operating
 from wearlab.simulation.dataset import monitoring, thermal, vdi_rating
+from wearlab.simulation.dataset.path import half_widths_of
 
 INSTEAD = (
     "go on from this run with [start], let the static force wear (wear.load = "
@@ -20,6 +23,11 @@ ENDS_OF_WORK = {
     f"may take: raise numerics.most_right_hand_sides, {INSTEAD}",
 }
 """Message of a life that its bounds on the work end, by the reason of its end."""
+
+BEARING = 0.1
+"""Force over the mesh force from which a place counts as bearing [1]."""
+MUCH_WIDER = 2.0
+"""Change of the width of contact over a life from which a run says so [1]."""
 
 
 def run_validity(
@@ -77,8 +85,39 @@ def scene_validity(
     flags += thermal.thermal_flags(model, life_history)
     flags += vdi_rating.vdi_flags(model)
     if life_history.life is not None:
+        flags += _width_flags(model, life_history)
         flags += _life_flags(life_history.life)
     return tuple(flags)
+
+
+def _width_flags(model: assembly.GearModel, life_history: history.History) -> list[str]:
+    """Return where the width of contact changes much over the life.
+
+    At places that bear something at the beginning and then.
+    """
+    states = life_history.state
+    most = 1.0
+    for number in range(len(model.kinds)):
+        least = BEARING * model.gears.kinds[number].load
+        widths = half_widths_of(model, states, number)
+        forces = np.stack([state.kind[number].patch_force for state in states])
+        bears = (forces > least) & (forces[0] > least)
+        first = np.broadcast_to(widths[0], widths.shape).reshape(bears.shape)
+        now = widths.reshape(bears.shape)
+        wider = now[bears] / first[bears]
+        most = max(
+            most, float(wider.max(initial=1.0)), float((1.0 / wider).max(initial=1.0))
+        )
+    if most <= MUCH_WIDER:
+        return []
+    told = f"the width of contact changes by up to {most:.2g} times over the life"
+    patches = [kind.patch for kind in model.coupling.kinds]
+    if all(patch is not None and patch.follows for patch in patches):
+        return [f"{told}, and the patch that spreads and levels wear with it"]
+    return [
+        f"{told}: wear is spread and levelled over that of unworn flanks; "
+        'wear.contact_patch = "following" takes that of the moment'
+    ]
 
 
 def _contact_flags(

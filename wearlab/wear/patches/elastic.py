@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Literal
 from wearlab.wear.patches import PatchModel
 
 if TYPE_CHECKING:
+    from wearlab.wear.law import PreparedLaw
     from wearlab.wear.patch import Patch, PatchSetting
 
 
@@ -19,7 +20,7 @@ class ElasticPatch(PatchModel):
 
         Where nothing wears on, what is worn is felt all the same.
         """
-        from wearlab.wear.levelling import LazyElastic, require_memory
+        from wearlab.wear.levelling import require_memory
         from wearlab.wear.patch import require_narrow, two_way
 
         half_width = setting.half_width
@@ -28,4 +29,10 @@ class ElasticPatch(PatchModel):
         for arc in setting.path.arc:
             require_narrow(half_width, arc)
         require_memory(half_width, setting.path)
-        return LazyElastic(setting, setting.law)
+        return self.of_law(setting, setting.law)
+
+    def of_law(self, setting: "PatchSetting", law: "PreparedLaw") -> "Patch":
+        """Return the patch of flanks that wear by a law."""
+        from wearlab.wear.levelling import LazyElastic
+
+        return LazyElastic(setting, law)
