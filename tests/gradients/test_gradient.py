@@ -81,6 +81,18 @@ def test_derivatives_of_a_life_are_differences_of_lives(found: Any, key: str) ->
     assert float(found.d_life.sel(parameter=key)) == pytest.approx(expected, rel=2e-4)
 
 
+@pytest.mark.parametrize("key", KEYS[:3])
+def test_derivatives_follow_a_patch_that_follows_the_force(key: str) -> None:
+    scene = WORN.replace("wear.contact_patch", "following")
+    scene = scene.replace("wear.until.depth", "6 um")
+    found = wl.gradient(scene, ["life"], [key], estimate=False)
+    size = abs(number(scene, key).value) or 0.1
+    high = at(scene, key, 1e-4)
+    low = at(scene, key, -1e-4)
+    expected = float(high.life - low.life) / (2e-4 * size)
+    assert float(found.d_life.sel(parameter=key)) == pytest.approx(expected, rel=5e-4)
+
+
 @pytest.mark.parametrize("key", KEYS[:4])
 def test_derivatives_of_a_dynamic_factor_are_differences(found: Any, key: str) -> None:
     size = abs(number(WORN, key).value) or 0.1

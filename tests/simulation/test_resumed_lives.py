@@ -13,11 +13,18 @@ class Killed(Exception):
 
 
 @pytest.mark.parametrize(
-    ("file", "case"),
-    [("spur_speeds.toml", 0), ("spur_speeds.toml", -1), ("spur_1dof.toml", 0)],
+    ("file", "case", "patch"),
+    [
+        ("spur_speeds.toml", 0, "elastic"),
+        ("spur_speeds.toml", -1, "elastic"),
+        ("spur_1dof.toml", 0, "elastic"),
+        ("spur_speeds.toml", 0, "following"),
+        ("spur_speeds.toml", -1, "following"),
+    ],
 )
-def test_a_resumed_life_has_the_same_numbers(file, case):
+def test_a_resumed_life_has_the_same_numbers(file, case, patch):
     scene = wearlab.load(CAMPAIGNS / file).cases[case].scene
+    scene = scene.replace("wear.contact_patch", patch)
     images = []
 
     def report(reached, image):

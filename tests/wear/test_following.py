@@ -10,7 +10,8 @@ import wearlab as wl
 from wearlab.assembly import build
 from wearlab.campaign import load
 from wearlab.life.coupled import StartingPoint
-from wearlab.life.history import FOLLOWED_WITHIN, Widths
+from wearlab.life.history import FOLLOWED_WITHIN, History, Widths
+from wearlab.simulation.dataset.validity import _width_flags
 from wearlab.simulation.operating import operating_conditions
 from wearlab.wear.law import wear_rate
 from wearlab.wear.levelling import Ahead, levelling
@@ -205,3 +206,51 @@ def test_a_worn_state_alone_is_as_one_of_a_life(scene):
     again = coupling.evaluate(wear, alone.start)
     (rate,) = alone.rate
     assert again.rate[0] == pytest.approx(rate, abs=1e-4 * float(rate.max()))
+
+
+def test_blocks_of_a_duty_have_patches_of_their_own(scene):
+    """Two equal blocks wear as one; a heavier one makes wider contacts."""
+    torque = scene.operation.torque
+    cycles = {"cycles": 2e7}
+    one = scene.replace({"wear.until": cycles, "wear.snapshots": None})
+
+    def duty(second):
+        blocks = [
+            {"torque": f"{value!r} N*m", "speed": "1000 rpm", "share": 0.5}
+            for value in (torque, second)
+        ]
+        return wl.simulate(one.replace({"operation": {"duty": blocks}}))
+
+    alone = wl.simulate(one.replace("operation.speed", "1000 rpm"))
+    equal = duty(torque)
+    assert float(equal.max_wear_depth.isel(update=-1).max()) == pytest.approx(
+        float(alone.max_wear_depth.isel(update=-1).max()), rel=1e-6
+    )
+    stage = operating_conditions(one)[0]
+    wear = (20.0 * wavy(stage.coupling.kinds[0].law.path),)
+    state = stage.coupling.evaluate(wear)
+    assert state.start.forces[0] == pytest.approx(state.kind[0].patch_force)
+
+
+@pytest.mark.parametrize(
+    ("patch", "told"),
+    [
+        ("following", "and the patch that spreads and levels wear with it"),
+        ("elastic", 'wear.contact_patch = "following" takes that of the moment'),
+    ],
+)
+def test_a_run_says_where_contacts_change_their_width(scene, patch, told):
+    """By the root of the force: a fifth of it is more than twice, a third is not."""
+    model = build(scene.replace("wear.contact_patch", patch))
+    first = model.coupling.evaluate(model.coupling.unworn())
+
+    def flags(share):
+        (kind,) = first.kind
+        lighter = kind._replace(tooth_force=share * kind.tooth_force)
+        last = first._replace(kind=(lighter,))
+        return _width_flags(model, History(np.array([0.0, 1.0]), (first, last)))
+
+    (flag,) = flags(0.2)
+    assert flag.startswith("the width of contact changes by up to 2.2 times")
+    assert flag.endswith(told)
+    assert flags(0.3) == []

@@ -39,9 +39,10 @@ for."""
 class Widths(NamedTuple):
     """How wide contacts are felt from one accepted state to the next.
 
-    ``F = F_n exp(−s/L) + …`` in the logarithm: from the width at which the accepted
-    state felt them towards that under which it loaded them, over the mean wear s since.
-    So the rate depends on the depth alone within a step, and does not jump between two.
+    ``ln F = ln F_loaded + (ln F_felt − ln F_loaded) exp(−s/L)``: from the width at
+    which the accepted state felt them towards that under which it loaded them, over the
+    mean wear s since. So the rate depends on the depth alone within a step, and
+    does not jump between two.
 
     Parameters
     ----------

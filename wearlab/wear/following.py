@@ -179,43 +179,43 @@ class FollowingPatch:
             setting.analysis.along_line_of_action,
         )
 
-    def half_width(self, level: int) -> Array:
+    def half_width_at(self, power: int) -> Array:
         """Return half widths under a power of two of the reference force [m].
 
         At most as wide as the flank is long.
 
         Parameters
         ----------
-        level : the power
+        power : of two, of the reference force
         """
         length = float(np.ptp(self.setting.path.arc, axis=1).min())
-        return np.minimum(self.setting.half_width * 2.0 ** (0.5 * level), length)
+        return np.minimum(self.setting.half_width * 2.0 ** (0.5 * power), length)
 
-    def felt(self, level: int) -> TwoWay:
+    def felt_at(self, power: int) -> TwoWay:
         """Return S and P of contacts under a power of two of the reference force.
 
         Parameters
         ----------
-        level : the power
+        power : of two, of the reference force
         """
-        if level not in self._felt:
-            self._felt[level] = two_way(self.half_width(level), self.setting.path)
-        return self._felt[level]
+        if power not in self._felt:
+            self._felt[power] = two_way(self.half_width_at(power), self.setting.path)
+        return self._felt[power]
 
-    def level(self, level: int) -> Levelling:
+    def levelling_at(self, power: int) -> Levelling:
         """Return D of contacts under a power of two of the reference force.
 
         Parameters
         ----------
-        level : the power
+        power : of two, of the reference force
         """
-        if level == 0:
+        if power == 0:
             return self.unworn.level
-        if level not in self._level:
-            self._level[level] = levelling(
-                self.half_width(level), self.sliding, self.setting.path
+        if power not in self._level:
+            self._level[power] = levelling(
+                self.half_width_at(power), self.sliding, self.setting.path
             )
-        return self._level[level]
+        return self._level[power]
 
     def effective_wear(self, depth: Array, force: Array | None = None) -> Array:
         """Return the wear that the mesh feels, (2, n) [m].
@@ -226,7 +226,7 @@ class FollowingPatch:
         force : (n,) that makes the patches, None: that of unworn flanks [N]
         """
         if force is None:
-            return self.felt(0).effective_wear(depth)
+            return self.felt_at(0).effective_wear(depth)
         ratio = (force / self.setting.reference)[None]
         shares = shares_of_widths(ratio, np.ones_like(ratio), self.widest)
         return self._effective_wear(depth, shares)
@@ -234,7 +234,7 @@ class FollowingPatch:
     def _effective_wear(self, depth: Array, shares: dict[int, Array]) -> Array:
         felt = np.zeros_like(depth)
         for level, share in shares.items():
-            felt += share * self.felt(level).effective_wear(depth)
+            felt += share * self.felt_at(level).effective_wear(depth)
         return felt
 
     def rate(self, pointwise: Array, depth: Array, forces: NodeForces) -> Array:
@@ -266,12 +266,12 @@ class FollowingPatch:
 
         forced = np.zeros(depth.size)
         for level, share in shares.items():
-            forced += self.felt(level).spreading @ (share * of_contacts).ravel()
+            forced += self.felt_at(level).spreading @ (share * of_contacts).ravel()
         strength = np.zeros(len(mean))
         for level, share in shares_that_level(
             ratio, forces.weight, self.widest
         ).items():
-            forced += self.level(level).at(depth.ravel(), share)
+            forced += self.levelling_at(level).at(depth.ravel(), share)
             strength += 2.0**level * share
 
         ahead = self._ahead(strength)
@@ -284,5 +284,5 @@ class FollowingPatch:
         contact = np.maximum(parts.largest, strength / STRONGER)
         if (contact == parts.largest).all():
             return parts.ahead
-        matrix = _operator(parts.level, parts.moved, self.felt(0), contact)
+        matrix = _operator(parts.level, parts.moved, self.felt_at(0), contact)
         return Ahead(matrix, parts.ahead.fastest, parts.ahead.nodes)
