@@ -111,7 +111,7 @@ def test_under_the_load_of_unworn_flanks_the_patch_is_theirs(kind):
 @pytest.mark.parametrize("times", [0.3, 0.7, 1.4, 3.0])
 def test_wear_spreads_as_wide_as_the_force_makes_the_contact(make_path, times):
     """The second moment of a contact is that of a patch of its own width."""
-    s, path = make_path(n=801)
+    s, path = make_path(n=401)
     a = np.full(len(s), 1.2e-4)
     ones = np.ones((1, len(s)))
     shares = shares_of_widths(times * ones, ones, WIDEST)
@@ -122,7 +122,7 @@ def test_wear_spreads_as_wide_as_the_force_makes_the_contact(make_path, times):
     ).toarray()
     own = spread_matrix(np.sqrt(times) * a, path).toarray()
     arc = path.arc.ravel()
-    middle = slice(100, 700)
+    middle = slice(50, 350)
     moments = [
         (matrix * (arc[:, None] - arc) ** 2).sum(axis=0)[middle]
         for matrix in (found, own)
@@ -136,7 +136,7 @@ def test_waves_level_as_under_a_patch_of_their_own_width(make_path, times, kappa
     """Between two widths that are made, by less than an eighth; doubling all levelling
     moves a life by 1.7 %.
     """
-    s, path = make_path(n=1601)
+    s, path = make_path(n=401)
     a = np.full(len(s), 1.2e-4)
     sliding = np.full((2, len(s)), 1e-16)
     wave = np.zeros((2, len(s)))
@@ -148,7 +148,7 @@ def test_waves_level_as_under_a_patch_of_their_own_width(make_path, times, kappa
         levelling(a * 2.0 ** (0.5 * level), sliding, path).at(wave.ravel(), share)
         for level, share in shares.items()
     )
-    inside = slice(200, 1400)
+    inside = slice(50, 350)
     strength = float(found[inside] @ wave[0, inside])
     expected = float(own[inside] @ wave[0, inside])
     assert strength == pytest.approx(expected, rel=0.125)
