@@ -23,6 +23,7 @@ class Worn:
 
     accounts: tuple[Any, ...] = ()
     shared: tuple[Any, ...] = ()
+    follows = False
 
     def __init__(self) -> None:
         self.work = 0

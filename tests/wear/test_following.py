@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from golden import SCENES
 from scenes import CAMPAIGNS
 
 import wearlab as wl
@@ -254,3 +255,29 @@ def test_a_run_says_where_contacts_change_their_width(scene, patch, told):
     assert flag.startswith("the width of contact changes by up to 2.2 times")
     assert flag.endswith(told)
     assert flags(0.3) == []
+
+
+FACE = {
+    **SCENES["worn external pair"],
+    "mesh": {"misalignment": "10 um", "face_points": 5},
+}
+
+
+@pytest.mark.parametrize(
+    "table", [SCENES["worn planetary set"], FACE], ids=["planetary", "face"]
+)
+def test_the_stored_half_width_is_that_of_the_stored_pressure(table):
+    """Hertz: ``a = 8 p R'/(π E*)`` of the mean pressure p, on every flank."""
+    scene = wl.Scene.from_mapping(table)
+    model = build(scene)
+    run = wl.simulate(scene)
+    for name in run.flank.values:
+        kind, _ = model.gears.flank(str(name))
+        path = model.kinds[kind].path
+        radius = path.equivalent_radius
+        of_flank = run.sel(flank=name).isel(profile=slice(len(radius)))
+        pressure = of_flank.contact_pressure.transpose(..., "profile").values
+        expected = 8.0 * pressure * radius / (np.pi * path.contact_modulus)
+        found = of_flank.contact_half_width.transpose(..., "profile").values
+        np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-15)
+        assert found.max() > 1e-5

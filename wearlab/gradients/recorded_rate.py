@@ -24,7 +24,7 @@ class RecordedRate(history.SetRate):
         first = coupling.evaluate(wear)
         begun = coupling.flat(wear)
         self.states = [(begun, first)]
-        self.begin(begun, first)
+        self.note(begun, first)
 
     def evaluate(self, depth: Array) -> coupled.WearState:
         """Return the state at depths (n_entries,), from the last orbits."""

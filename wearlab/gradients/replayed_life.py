@@ -252,7 +252,8 @@ class ReplayedLife:
         node = Node(0.0, depth, coupling.flat(first.rate))
         steps: list[Step] = []
         for step in self.steps:
-            evaluation.accept(node.depth)
+            if coupling.follows:
+                evaluation.accept(node.depth)
             try:
                 steps.append(retake_step(step, rate, node))
             except limits.StopWear as stop:

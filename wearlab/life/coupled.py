@@ -491,6 +491,38 @@ class Coupled(Protocol):
     def static_only(self) -> "Coupled | None":
         """Return what wears under the static load alone, None where it does already."""
 
+    @property
+    def follows(self) -> bool:
+        """Whether any contact is felt as wide as the force of the moment makes it."""
+        patches = [kind.patch for kind in self.kinds]
+        return any(patch is not None and patch.follows for patch in patches)
+
+    def as_wide_as_loaded(
+        self,
+        at: Callable[[StartingPoint], WearState],
+        wear: Wear,
+        start: StartingPoint | None,
+    ) -> WearState:
+        """Return a wear state whose contacts are felt as wide as they are loaded.
+
+        As the neighbouring state says; without one the state itself is asked a few
+        times, always as often, so that a scene a little apart is treated alike.
+
+        Parameters
+        ----------
+        at : the state, from what another leaves to start from
+        wear : of every kind of mesh [m]
+        start : what a neighbouring state leaves, None: there is none
+        """
+        known = start is not None and start.forces is not None
+        is_worn = any(depth.any() for depth in wear)
+        state = at(start or StartingPoint())
+        if known or not is_worn or not self.follows:
+            return state
+        for _ in range(ROUNDS):
+            state = at(state.start)
+        return state
+
     def flat(self, wear: Sequence[Array]) -> Array:
         """Return depths or rates of every kind, each (2, n), as one array.
 
@@ -573,35 +605,6 @@ class OneCondition(Coupled):
             kind.felt(depth, force)
             for kind, depth, force in zip(self.kinds, wear, of_kinds, strict=True)
         )
-
-    def as_wide_as_loaded(
-        self,
-        at: Callable[[StartingPoint], WearState],
-        wear: Wear,
-        start: StartingPoint | None,
-    ) -> WearState:
-        """Return a wear state whose contacts are felt as wide as they are loaded.
-
-        As the neighbouring state says; without one the state itself is asked a few
-        times, always as often, so that a scene a little apart is treated alike.
-
-        Parameters
-        ----------
-        at : the state, from what another leaves to start from
-        wear : of every kind of mesh [m]
-        start : what a neighbouring state leaves, None: there is none
-        """
-        state = at(start or StartingPoint())
-        known = start is not None and start.forces is not None
-        follows = any(
-            kind.patch is not None and kind.patch.follows for kind in self.kinds
-        )
-        worn = any(depth.any() for depth in wear)
-        if known or not follows or not worn:
-            return state
-        for _ in range(ROUNDS):
-            state = at(state.start)
-        return state
 
     def in_motion(self, flanks: Sequence[Any]) -> list[Any]:
         """Return the flanks that the dynamics see: those of the kinds with meshes.

@@ -53,6 +53,11 @@ class DutyCoupling(Coupled):
         return mixed(states, self.weight)
 
     @property
+    def follows(self) -> bool:
+        """Whether contacts follow the force in any block: an idle one has none."""
+        return any(block.follows for block in self.blocks)
+
+    @property
     def accounts(self) -> tuple[Account, ...]:
         """Where time and work are written down, block after block."""
         return tuple(block.account for block in self.blocks)

@@ -241,6 +241,7 @@ class SetRate:
         self.widths = Widths()
         self.noise = 0.0
         self.beyond: dict[bytes, Array] = {}
+        self.follows = self.coupling.follows
         self.is_at_rest = is_at_rest(self.coupling)
         self.last_states: dict[bytes, coupled.WearState] = {}
         resting = self.coupling.static_only()
@@ -251,24 +252,20 @@ class SetRate:
         state = self.evaluate(depth)
         if not state.wears:
             raise ValueError("a scene without a wear law has no wear rate")
-        self._note(depth, state)
+        self.note(depth, state)
         self._note_beyond(depth, state)
         return self.coupling.flat(state.rate)
 
-    def begin(self, depth: Array, first: coupled.WearState) -> None:
-        """Take the first state as known.
+    def note(self, depth: Array, state: coupled.WearState) -> None:
+        """Keep what a state leaves to those after it.
 
         Parameters
         ----------
         depth : (n_entries,) its depths, flat [m]
-        first : the state
+        state : the state
         """
-        self._note(depth, first)
-
-    def _note(self, depth: Array, state: coupled.WearState) -> None:
-        """Keep what a state leaves to those after it."""
         left = state.start
-        if self.widths.felt is None:
+        if self.follows and self.widths.felt is None:
             self.widths = self.widths.accepted(depth, left)
         self.last = left._replace(responses=left.responses or self.last.responses)
         self.noise = state.noise
@@ -280,7 +277,13 @@ class SetRate:
         ----------
         depth : (n_entries,)
         """
+        if not self.follows:
+            return
         self.widths = self.widths.accepted(depth, self.last)
+        accepted = self.last_state(depth)
+        self.last_states.clear()  # others were felt by the widths before
+        if accepted is not None:
+            self.note_state(depth, accepted)
         if self.still is not None and self.still.widths.felt is not None:
             self.still.accept(depth)
 
@@ -402,7 +405,7 @@ def history(
     rate = SetRate(coupling)
     first = coupling.evaluate(wear)
     begun = coupling.flat(wear)
-    rate.begin(begun, first)
+    rate.note(begun, first)
     if is_at_rest(coupling):
         rate.note_state(begun, first)
     states = _KeptStates(coupling, rate)

@@ -171,7 +171,7 @@ class ThermalDuty(DutyCoupling):
             settling = Settling(blocks, self.time, wear, starts, is_shared=True)
             return mixed(settling.steady_states(self.balance), self.weight)
 
-        return blocks[0].as_wide_as_loaded(at, wear, start)
+        return self.as_wide_as_loaded(at, wear, start)
 
 
 @dataclass

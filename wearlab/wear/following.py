@@ -118,19 +118,6 @@ def _operator(
     return csr_array(matrix + felt.spreading @ moved.matrix(contact) @ felt.averaging)
 
 
-class Width(NamedTuple):
-    """The operators of contacts of one width.
-
-    Parameters
-    ----------
-    felt : S and P
-    level : D
-    """
-
-    felt: TwoWay
-    level: Levelling
-
-
 @dataclass(frozen=True)
 class FollowingPatch:
     """A patch as wide as the force of the moment makes it.
@@ -233,8 +220,8 @@ class FollowingPatch:
 
     def _effective_wear(self, depth: Array, shares: dict[int, Array]) -> Array:
         felt = np.zeros_like(depth)
-        for level, share in shares.items():
-            felt += share * self.felt_at(level).effective_wear(depth)
+        for power, share in shares.items():
+            felt += share * self.felt_at(power).effective_wear(depth)
         return felt
 
     def rate(self, pointwise: Array, depth: Array, forces: NodeForces) -> Array:
@@ -260,19 +247,17 @@ class FollowingPatch:
         of_contacts = pointwise
         if parts.moved is not None:
             felt = self._effective_wear(depth, shares)
-            of_contacts = pointwise + parts.moved.at(felt.ravel(), mean).reshape(
-                depth.shape
-            )
+            moved_off = parts.moved.at(felt.ravel(), mean)
+            of_contacts = pointwise + moved_off.reshape(depth.shape)
 
         forced = np.zeros(depth.size)
-        for level, share in shares.items():
-            forced += self.felt_at(level).spreading @ (share * of_contacts).ravel()
+        for power, share in shares.items():
+            forced += self.felt_at(power).spreading @ (share * of_contacts).ravel()
         strength = np.zeros(len(mean))
-        for level, share in shares_that_level(
-            ratio, forces.weight, self.widest
-        ).items():
-            forced += self.levelling_at(level).at(depth.ravel(), share)
-            strength += 2.0**level * share
+        levelling_shares = shares_that_level(ratio, forces.weight, self.widest)
+        for power, share in levelling_shares.items():
+            forced += self.levelling_at(power).at(depth.ravel(), share)
+            strength += 2.0**power * share
 
         ahead = self._ahead(strength)
         rate = ahead.rate(forced, float(depth.max(initial=0.0)))

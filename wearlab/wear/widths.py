@@ -80,12 +80,12 @@ def shares_of_widths(ratio: Array, weight: Array, widest: int) -> dict[int, Arra
     of_lower = weight - of_upper
 
     shares: dict[int, Array] = {}
-    for level in range(int(lower.min()), int(lower.max()) + 2):
-        here = np.where(lower == level, of_lower, 0.0)
-        here += np.where(lower == level - 1, of_upper, 0.0)
+    for power in range(int(lower.min()), int(lower.max()) + 2):
+        here = np.where(lower == power, of_lower, 0.0)
+        here += np.where(lower == power - 1, of_upper, 0.0)
         share = here.sum(axis=0)
         if share.any():
-            shares[level] = share
+            shares[power] = share
     return shares
 
 
