@@ -31,11 +31,13 @@ sys.path[:0] = [str(Path(__file__).parents[1] / "support")]
 from outside_patch import outside_patch  # noqa: E402
 from outside_set import (  # noqa: E402
     PLANETS,
+    Meshes,
     Scratch,
     geometry,
     lags,
     march,
     meshes,
+    pins_of,
     train,
 )
 
@@ -76,8 +78,11 @@ class Outside:
         self.coupling = parts.coupling
         system = parts.vibration.system
         sampling = parts.vibration.sampling
+        self.kind_of = np.array([mesh.kind for mesh in sampling.meshes])
+        errors = [float(mesh.error.slow.value(0.0)) for mesh in sampling.meshes]
+        self.pins = pins_of(scene, np.array(errors))
         self.train = train(
-            scene, [system.mesh_damping[0], system.mesh_damping[PLANETS]]
+            scene, [system.mesh_damping[0], system.mesh_damping[PLANETS]], self.pins
         )
         self.lag = lags(scene, sampling.meshes[PLANETS].lag)
         teeth = geometry(scene)["teeth"]
@@ -91,6 +96,14 @@ class Outside:
             self.train.stiffness + 3e8 * self.train.direction.T @ self.train.direction,
             self.train.load,
         )[0]
+
+    def meshes(self, wear: Any, felt: Any = None) -> Meshes:
+        """Return the pairs of all meshes with the wear that they feel."""
+        return meshes(self.coupling, wear, self.lag, self.steps, self.kind_of, felt)
+
+    def side_of(self, kind: int) -> int:
+        """Return 0 for a kind of mesh with the sun, 1 for one with the ring."""
+        return int(np.flatnonzero(self.kind_of == kind)[0]) // PLANETS
 
     def felt(self, wear: Any) -> Any:
         """Return the wear that the meshes feel, by the forces of the step before."""
@@ -111,7 +124,7 @@ class Outside:
 
         The next march starts where this one ends.
         """
-        m = meshes(self.coupling, wear, self.lag, self.steps, self.felt(wear))
+        m = self.meshes(wear, self.felt(wear))
         normal = np.zeros((len(m.width), 2, *m.gap.shape[2:]))
         extremes = np.zeros((2, 6))
         extremes[0] = np.inf
@@ -146,13 +159,14 @@ class Outside:
         """Return the mean force on a pair at the nodes of each kind
         of flank, (n,) each [N].
         """
-        width = meshes(self.coupling, wear, self.lag, self.steps).width
+        width = self.meshes(wear).width
         start = np.concatenate([[0.0], np.cumsum(width)[:-1]])
-        found = []
-        for kind in range(2):
-            grid = self.coupling.kinds[kind].analysis.grid
-            nodes = np.zeros(len(grid.contact_position))
-            for mesh in range(PLANETS * kind, PLANETS * (kind + 1)):
+        self.forces = []
+        for kind, physics in enumerate(self.coupling.kinds):
+            grid = physics.analysis.grid
+            found = []
+            for mesh in np.flatnonzero(self.kind_of == kind):
+                nodes = np.zeros(len(grid.contact_position))
                 own = (start + 0.5 * width - self.lag[mesh]) % 1.0 - 0.5 * width
                 segment = (
                     np.searchsorted(grid.breaks, own + 0.5 * width, side="right") - 1
@@ -169,11 +183,8 @@ class Outside:
                             at, phase, motion.normal[inside, :, mesh, p].ravel()
                         )
                         nodes[grid.first[s, p] : grid.first[s, p] + count + 1] = force
-                found.append(nodes[grid.on_flank].copy())
-        self.forces = [
-            np.mean(found[PLANETS * kind : PLANETS * (kind + 1)], axis=0)
-            for kind in range(2)
-        ]
+                found.append(nodes[grid.on_flank])
+            self.forces.append(np.mean(found, axis=0))
         return self.forces
 
     def pointwise(self, forces: list[np.ndarray]) -> list[np.ndarray]:
@@ -186,18 +197,19 @@ class Outside:
         r = of["radius"]
         passes = (PLANETS, z["sun"] / z["planet"], PLANETS * z["sun"] / z["ring"])
         found = []
-        for kind, (one, two, sense) in enumerate(
-            (("sun", "planet", -1.0), ("planet", "ring", 1.0))
-        ):
-            s = self.coupling.kinds[kind].analysis.grid.position
+        sides = (("sun", "planet", -1.0), ("planet", "ring", 1.0))
+        for kind, physics in enumerate(self.coupling.kinds):
+            side = self.side_of(kind)
+            one, two, sense = sides[side]
+            s = physics.analysis.grid.position
             arms = (
-                np.tan(of["angle"][kind]) * np.array([[r[one]], [r[two]]])
+                np.tan(of["angle"][side]) * np.array([[r[one]], [r[two]]])
                 + np.array([[1.0], [sense]]) * s
             )
             speeds = arms / np.array([[z[one]], [z[two]]])
             slides = (
                 np.abs(1.0 - speeds[::-1] / speeds)
-                * np.array(passes[kind : kind + 2])[:, None]
+                * np.array(passes[side : side + 2])[:, None]
             )
             found.append(k * forces[kind] / self.scene.gears.face_width * slides)
         return found
@@ -206,21 +218,34 @@ class Outside:
         self, wear: Any, forces: list[np.ndarray], cycles: float
     ) -> list[np.ndarray]:
         """Return the wear some cycles later while forces stay: ``h' = S r + D h``
-        exactly, nowhere less.
+        exactly, nowhere less. Sun and ring meet all planets in turn: theirs is the mean
+        of what their meshes do.
         """
-        found = []
-        each = zip(
-            self.coupling.kinds, wear, forces, self.pointwise(forces), strict=True
-        )
-        for kind, depth, force, fed in each:
-            patch = outside_patch(kind, force)
-            levels = patch.levels
-            n = depth.size
-            whole = np.zeros((n + 1, n + 1))
-            whole[:n, :n] = levels
-            whole[:n, n] = patch.spreading @ fed.ravel() + levels @ depth.ravel()
-            gain = expm(cycles * whole)[:n, n]
-            found.append(depth + np.maximum(0.0, gain).reshape(depth.shape))
+        found = [np.array(depth) for depth in wear]
+        fed = self.pointwise(forces)
+        for side in (0, 1):
+            kinds = [k for k in range(len(found)) if self.side_of(k) == side]
+            count = found[kinds[0]].shape[1]
+            met_by_all = slice(side * count, (side + 1) * count)
+            own = slice((1 - side) * count, (2 - side) * count)
+            size = (1 + len(kinds)) * count
+            whole = np.zeros((size + 1, size + 1))
+            shared = slice(0, count)
+            for place, k in enumerate(kinds, start=1):
+                patch = outside_patch(self.coupling.kinds[k], forces[k])
+                levels = patch.levels
+                added = patch.spreading @ fed[k].ravel() + levels @ found[k].ravel()
+                mine = slice(place * count, (place + 1) * count)
+                whole[shared, shared] += levels[met_by_all, met_by_all] / len(kinds)
+                whole[shared, mine] += levels[met_by_all, own] / len(kinds)
+                whole[shared, size] += added[met_by_all] / len(kinds)
+                whole[mine, shared] = levels[own, met_by_all]
+                whole[mine, mine] = levels[own, own]
+                whole[mine, size] = added[own]
+            gain = np.maximum(0.0, expm(cycles * whole)[:size, size])
+            for place, k in enumerate(kinds, start=1):
+                found[k][side] += gain[shared]
+                found[k][1 - side] += gain[place * count : (place + 1) * count]
         return found
 
     def life(

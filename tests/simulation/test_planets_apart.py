@@ -3,6 +3,8 @@
 import copy
 
 import numpy as np
+import outside_march
+import outside_planets
 import pytest
 from scenes import planetary_set
 from scipy.optimize import brentq
@@ -162,6 +164,21 @@ def test_each_planet_wears_as_in_a_march_of_our_own():
         data.planet_max_wear_depth.sel(flank="planet-sun")[-1], at_end, rtol=5e-3
     )
     assert f"planet {first + 1} fails first" in data.validity.item()
+
+
+@pytest.mark.slow
+def test_planets_in_motion_wear_as_in_a_march_of_18_coordinates():
+    """There pins that are off push by the stiffness of their bearings."""
+    depth = 1.5e-6
+    scene = outside_planets.scene_of(90.0, 20.0, 7, 1e6 * depth, "elastic")
+    data = simulate(scene)
+    outside = outside_march.Outside(scene, 600)
+    np.testing.assert_allclose(np.hypot(*outside.pins.T), 20e-6, rtol=1e-6)
+    ours = outside_planets.marched(outside, depth)
+    moving = data.mesh_load_factor.values[0, :PLANETS]
+    assert np.ptp(moving) > 0.05
+    np.testing.assert_allclose(moving, ours.load_factor, atol=1e-3)
+    np.testing.assert_allclose(data.planet_life, ours.life, rtol=5e-3)
 
 
 def test_planets_on_rigid_pins_share_as_springs_in_series():

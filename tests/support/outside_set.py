@@ -17,6 +17,8 @@ from wearlab.mesh.profile import lookup
 from wearlab.scene import Scene
 
 PLANETS = 3
+AT_REST = np.zeros((PLANETS, 2))
+"""Pins where they belong [m]."""
 
 
 class Train(NamedTuple):
@@ -67,8 +69,12 @@ def geometry(scene: Scene) -> dict[str, Any]:
     }
 
 
-def train(scene: Scene, dashpot: list[float]) -> Train:
-    """Return the set from masses, supports and the torque on the sun."""
+def train(scene: Scene, dashpot: list[float], pins: np.ndarray = AT_REST) -> Train:
+    """Return the set from masses, supports and the torque on the sun.
+
+    ``pins``: (n, 2) by how much the axes of the planets are off [m]. A displaced pin
+    pushes its planet by ``K p``, and the carrier back.
+    """
     of = geometry(scene)
     gears = scene.gears
     held = scene.dynamics.supports
@@ -87,6 +93,7 @@ def train(scene: Scene, dashpot: list[float]) -> Train:
         c[:] += 2.0 * ratio * np.sqrt(stiffness * weight) * np.outer(row, row)
 
     unit = np.eye(18)
+    force = scene.operation.torque / of["radius"]["sun"] * unit[2]
     direction = np.zeros((6, 18))
     for at, m in enumerate(("sun", "ring", "carrier")):
         own = getattr(held, m)
@@ -112,6 +119,7 @@ def train(scene: Scene, dashpot: list[float]) -> Train:
                 held.planet.damping_ratio,
                 heavy["planet"],
             )
+            force = force - held.planet.radial_stiffness * pins[n, axis] * row
         for kind, (other, angle, turns) in enumerate(
             ((0, -of["angle"][0], 1.0), (3, of["angle"][1], -1.0))
         ):
@@ -132,7 +140,6 @@ def train(scene: Scene, dashpot: list[float]) -> Train:
         c[y, x] += 2.0 * speed * mass[x]
         k[x, x] -= speed**2 * mass[x]
         k[y, y] -= speed**2 * mass[x]
-    force = scene.operation.torque / of["radius"]["sun"] * unit[2]
     backlash = np.full(6, scene.mesh.normal_backlash)
     return Train(
         1.0 / mass, k, c, direction, force, np.repeat(dashpot, PLANETS), backlash
@@ -149,15 +156,38 @@ def lags(scene: Scene, between: float) -> np.ndarray:
     return np.concatenate([teeth["sun"] * place, between - teeth["ring"] * place]) % 1.0
 
 
+def pins_of(scene: Scene, errors: np.ndarray) -> np.ndarray:
+    """Return where pins are off, (n, 2) [m], from what both meshes of each make of it.
+
+    ``errors``: (2 n,) of the meshes, sun–planet first [m]: ``e = n·p``, n the normal.
+    """
+    direction = train(scene, [0.0, 0.0]).direction
+    pins = []
+    for n in range(PLANETS):
+        own = slice(9 + 3 * n, 11 + 3 * n)
+        normals = -direction[[n, PLANETS + n], own]
+        pins.append(np.linalg.solve(normals, errors[[n, PLANETS + n]]))
+    return np.array(pins)
+
+
 def meshes(
-    coupling: Any, wear: Any, lag: np.ndarray, steps: int, felt: Any = None
+    coupling: Any,
+    wear: Any,
+    lag: np.ndarray,
+    steps: int,
+    kind_of: np.ndarray,
+    felt: Any = None,
 ) -> Meshes:
     """Return the pairs of all meshes: the tables that are shared.
 
-    ``felt``: the wear that the meshes feel, None: as under the load of unworn flanks.
+    ``kind_of``: kind of every mesh; ``felt``: the wear that the meshes feel, None: as
+    under the load of unworn flanks.
     """
     grids = [kind.analysis.grid for kind in coupling.kinds]
-    cuts = [(grids[m // PLANETS].breaks + lag[m]) % 1.0 for m in range(len(lag))]
+    cuts = [
+        (grids[kind].breaks + late) % 1.0
+        for kind, late in zip(kind_of, lag, strict=True)
+    ]
     edges = np.unique(np.round(np.concatenate([[0.0, 1.0], *cuts]), 12))
     inside = [
         np.linspace(a, b, 1 + int(np.ceil(steps * (b - a)))) for a, b in pairwise(edges)
@@ -168,9 +198,9 @@ def meshes(
     count = max(grid.n_pairs for grid in grids)
     gap = np.full((len(start), 3, len(lag), count), np.inf)
     compliance = np.full((*gap.shape, count), np.inf)
-    for m, flanks in enumerate(
-        flank for flank in coupling.flanks(wear, felt=felt) for _ in range(PLANETS)
-    ):
+    of_kinds = list(coupling.flanks(wear, felt=felt))
+    for m, kind in enumerate(kind_of):
+        flanks = of_kinds[kind]
         grid = flanks.analysis.grid
         turns = np.floor(phase[:, 1] - lag[m])[:, None]
         own = phase - lag[m] - turns
