@@ -54,7 +54,7 @@ def test_a_short_separation_inside_one_step() -> None:
 
 @jit(counted=False)
 def terms_of_flight(kernel, h, state):
-    fill_load_inputs(kernel, 0, 0.0, 1.0, THIS)
+    fill_load_inputs(kernel.flanks, kernel.balance, 0, 0.0, 1.0, THIS)
     scratch = kernel.flanks.scratch
     held = kernel.balance.held
     return series_over(

@@ -116,10 +116,16 @@ def _change_contact(scene: Scene) -> None:
     tables = moves.tables(coupling.in_motion(flanks))
     steps = integrate.OnTables(kernel.kernel_of(moves.system, tables, moves.period))
     states = np.zeros_like(steps.states(1))
-    width = np.uint64(states.shape[2])
     size = np.uint64(states[0].size)
     places = states.reshape(-1), np.uint64(0), size
-    contact_change.step_with_changes(steps.kernel, 0, np.uint64(1), width, *places)
+    contact_change.step_with_changes(
+        steps.kernel.flanks,
+        steps.kernel.series,
+        steps.kernel.balance,
+        0,
+        np.uint64(1),
+        *places,
+    )
 
 
 def _kernels(scene: Scene) -> tuple[object, ...]:

@@ -63,7 +63,7 @@ def parabola(
     return first, 4.0 * middle - 3.0 * first - last, 2.0 * (first + last) - 4.0 * middle
 
 
-@jit_inner(counted=False)
+@jit_inner(counted=False, inline=True)
 def series_over(
     series: Any,
     held: Any,
@@ -379,7 +379,8 @@ def first_root(p: Any, terms: int, changed: bool) -> float:
 
 @jit(counted=False)
 def next_change(
-    kernel: Any,
+    flanks: Any,
+    series: Any,
     step: int,
     a: float,
     end: float,
@@ -394,7 +395,7 @@ def next_change(
 
     Parameters
     ----------
-    kernel, step : the system, and a step of its tables
+    flanks, series, step : of the kernel, and a step of its tables
     a, end : fractions of the step at which the part begins and ends [1]
     mesh, flank : those that changed where the part begins, `NOTHING`: none
     terms : of the series of the part
@@ -402,9 +403,8 @@ def next_change(
     earliest = NOWHERE
     changed_mesh = NOTHING
     changed_flank = NOTHING
-    flanks = kernel.flanks
-    sensed = kernel.series.sensed
-    course = kernel.series.polynomial
+    sensed = series.sensed
+    course = series.polynomial
     pairs = len(flanks.meshes.pairs)
     h = (end - a) * flanks.tables.width[step] * flanks.period
     for m in range(len(flanks.meshes.damping)):
@@ -489,14 +489,13 @@ def _course_of_push(
 
 @jit(counted=False)
 def renew_contact(
-    kernel: Any,
+    flanks: Any,
+    series: Any,
     step: int,
     x: float,
     m: int,
     p: int,
-    w: Any,
-    states: Any,
-    j: Any,
+    state: Any,
 ) -> None:
     """Let a spring of mesh ``m`` begin or cease to touch, and move the tangents.
 
@@ -504,23 +503,22 @@ def renew_contact(
 
     Parameters
     ----------
-    kernel, step : the system, and a step of its tables
+    flanks, series, step : of the kernel, and a step of its tables
     x : fraction of the step at which contact changes [1]
     m : mesh
     p : spring, or the back flank, p = n_pairs
-    w, states, j : the state (2n, w) then, at ``states[j:]``
+    state : (2n, w) then
 
     References
     ----------
     Leine & Nijmeijer, Dynamics and Bifurcations of Non-Smooth Mechanical Systems, 2004,
     ch. 7.
     """
-    flanks = kernel.flanks
     scratch = flanks.scratch
-    jump = kernel.series.jump
+    jump = series.jump
     count = len(flanks.meshes.damping)
     channels = len(flanks.meshes.channels)
-    place, speed = mesh_law.motion_of(kernel.structure, m, w, states, j)
+    place, speed = mesh_law.motion_along(series.direction, m, state, np.uint64(0))
 
     law = scratch.law[1, 0, m]
     mesh_law.fill_laws_of_mesh(flanks, step, WITHIN, x, m, law, scratch.rub[1, 0, m])
@@ -542,7 +540,7 @@ def renew_contact(
     if p < len(flanks.meshes.pairs):
         approach -= mesh_law.slope_within(flanks.tables.gap[step, :, m, p], x) / length
     if approach != 0.0:  # a grazing contact has no time of its own
-        _move_tangents(kernel, m, approach, w, states, j)
+        _move_tangents(series, m, approach, state)
 
 
 @jit_inner(counted=False, inline=True)
@@ -558,38 +556,30 @@ def _force_of_channel(
 
 
 @jit_inner(counted=False, inline=True)
-def _move_tangents(
-    kernel: Any,
-    m: int,
-    approach: float,
-    w: Any,
-    states: Any,
-    j: Any,
-) -> None:
+def _move_tangents(series: Any, m: int, approach: float, state: Any) -> None:
     """Move the tangents of a state by the jump of the forces of mesh ``m``.
 
     A neighbouring motion meets the change earlier or later, by its distance over the
     rate of approach.
     """
-    n = len(kernel.structure.coordinates)
-    count = len(kernel.flanks.meshes.damping)
-    channels = len(kernel.flanks.meshes.channels)
-    enters = kernel.series.enters
-    jump = kernel.series.jump
-    for col in range(np.uint64(1), w):
-        distance, _ = mesh_law.motion_of(kernel.structure, m, w, states, j + col)
-        for c in range(m, channels, count):
+    direction = series.direction
+    enters = series.enters
+    jump = series.jump
+    count, n = direction.shape
+    for col in range(np.uint64(1), np.uint64(state.shape[1])):
+        distance, _ = mesh_law.motion_along(direction, m, state, col)
+        for c in range(m, len(jump), count):
             for row in range(n):
-                at = j + np.uint64(n + row) * w + col
-                states[at] -= enters[c, row] * jump[c] * distance / approach
+                state[n + row, col] -= enters[c, row] * jump[c] * distance / approach
 
 
 @jit(counted=False)
 def step_with_changes(
-    kernel: Any,
+    flanks: Any,
+    series: Any,
+    balance: Any,
     step: int,
     columns: Any,
-    w: Any,
     states: Any,
     i: Any,
     j: Any,
@@ -601,15 +591,15 @@ def step_with_changes(
 
     Parameters
     ----------
-    kernel, step, columns, w, states, i, j : as in
+    flanks, series, balance : of the kernel
+    step, columns, states, i, j : as in
         `wearlab.dynamics.integrators.rk4.diagonal_step`
     """
-    flanks = kernel.flanks
-    series = kernel.series
     scratch = flanks.scratch
     pairs = len(flanks.meshes.pairs)
     pushes = scratch.pushes
     rows = np.uint64(2 * series.terms.shape[1])
+    w = np.uint64(series.terms.shape[2])
     copy(states, i, j, rows * w, columns, w)
     state = states[j : j + rows * w].reshape((rows, w))
     a = 0.0
@@ -622,15 +612,15 @@ def step_with_changes(
         h = (end - a) * flanks.tables.width[step] * flanks.period
         mesh_law.fill_flank_laws(flanks, step, a, end, THIS)
         mesh_law.fill_channel_laws(flanks, THIS)
-        mesh_law.fill_load_inputs(kernel, step, a, end, THIS)
+        mesh_law.fill_load_inputs(flanks, balance, step, a, end, THIS)
         terms = series_over(
-            series, kernel.balance.held, scratch.mesh[0], scratch.inputs[0], h, state
+            series, balance.held, scratch.mesh[0], scratch.inputs[0], h, state
         )
         if terms == TERMS and part > SHORTEST and diverges(series.terms):
             part = 0.5 * min(part, end - a)
             continue
 
-        u, m, f = next_change(kernel, step, a, end, m, f, terms)
+        u, m, f = next_change(flanks, series, step, a, end, m, f, terms)
         if u > 1.0 or changes == MAX_CHANGES:
             write_state_at(series.terms, terms, 1.0, h, state)
             a = end
@@ -640,7 +630,7 @@ def step_with_changes(
         changes += 1
         a += u * (end - a)
         if f <= pairs:
-            renew_contact(kernel, step, a, m, f, w, states, j)
+            renew_contact(flanks, series, step, a, m, f, state)
         else:
             pushes[m, f - pairs - 1] = not pushes[m, f - pairs - 1]
     return changes

@@ -41,6 +41,7 @@ NO_TIME = 1e-9
 
 @jit_inner(counted=False)
 def fill_tangents_of_mesh(
+    damping: Any,
     flanks: Any,
     step: int,
     stage: int,
@@ -54,6 +55,7 @@ def fill_tangents_of_mesh(
 
     Parameters
     ----------
+    damping : law of the meshes
     flanks, step, stage, x, m : as in
         `wearlab.dynamics.integrators.mesh_law.fill_laws_of_mesh`
     at : where in the scratch law, friction and motion are
@@ -78,14 +80,12 @@ def fill_tangents_of_mesh(
             continue
         gap_rate = mesh_law.of_pair(flanks.tables.pair_rate, step, stage, m, p, x)
         approach = rate - gap_rate * frequency
-        _linearise_pair(
-            flanks.meshes.law, m, law[p], touches, clearance, approach, place, speed
-        )
+        _linearise_pair(damping, m, law[p], touches, clearance, approach, place, speed)
 
     touches_behind = scratch.touch[m, pairs]
     if touches_behind or (behind < np.inf and lead >= 0):
         _linearise_back_flank(
-            flanks.meshes.law, m, law[pairs], touches_behind, behind, rate, place, speed
+            damping, m, law[pairs], touches_behind, behind, rate, place, speed
         )
     for p in range(pairs + 1):
         scratch.pushes[m, p] = True
@@ -201,11 +201,13 @@ def set_flanks(
     else:
         scratch.motion[0, m, 0] = place
         scratch.motion[0, m, 1] = speed
-        fill_tangents_of_mesh(flanks, step, WITHIN, x, m, 0)
+        fill_tangents_of_mesh(damping, flanks, step, WITHIN, x, m, 0)
 
 
 @jit_inner(counted=False)
-def fill_tangents_of_step(flanks: Any, step: int, a: float, b: float) -> bool:
+def fill_tangents_of_step(
+    damping: Any, flanks: Any, step: int, a: float, b: float
+) -> bool:
     """Make the forces linear about the motion of the scratch over a part of a step.
 
     Fill the laws of the channels at start, middle and end. Return whether the same
@@ -213,6 +215,7 @@ def fill_tangents_of_step(flanks: Any, step: int, a: float, b: float) -> bool:
 
     Parameters
     ----------
+    damping : law of the meshes
     flanks, step : of the kernel, and a step of its tables
     a, b : fractions of the step at which the part begins and ends [1]
     """
@@ -223,7 +226,7 @@ def fill_tangents_of_step(flanks: Any, step: int, a: float, b: float) -> bool:
         at = stage if whole else WITHIN
         x = a + 0.5 * stage * (b - a)
         for m in range(len(flanks.meshes.damping)):
-            fill_tangents_of_mesh(flanks, step, at, x, m, stage)
+            fill_tangents_of_mesh(damping, flanks, step, at, x, m, stage)
             for p in range(len(flanks.meshes.pairs) + 1):
                 pushes = _has_force(law[stage, m, p])
                 pushed_at_start = _has_force(law[0, m, p])
@@ -239,47 +242,39 @@ def _has_force(law: Any) -> bool:
 
 
 @jit_inner(counted=False)
-def predict_motion(kernel: Any, h: float, w: Any, states: Any, i: Any) -> None:
+def predict_motion(motion: Any, direction: Any, h: float, state: Any) -> None:
     """Let the meshes move on as they do in a state, for the stages of a step.
 
     Parameters
     ----------
-    kernel : the system
+    motion : (3, n_mesh, 2) written, d·q [m] and d·q̇ [m/s] at start, middle and end
+    direction : (n_mesh, n) of the meshes
     h : duration of the step [s]
-    w : columns of a state
-    states, i : flat states; the state begins at ``states[i]``
+    state : (2n, w) at the start
     """
-    motion = kernel.flanks.scratch.motion
-    for m in range(len(kernel.flanks.meshes.damping)):
-        place, speed = mesh_law.motion_of(kernel.structure, m, w, states, i)
+    for m in range(len(direction)):
+        place, speed = mesh_law.motion_along(direction, m, state, np.uint64(0))
         for stage in range(3):
             motion[stage, m, 0] = place + 0.5 * stage * h * speed
             motion[stage, m, 1] = speed
 
 
 @jit_inner(counted=False)
-def correct_motion(
-    kernel: Any,
-    h: float,
-    w: Any,
-    states: Any,
-    j: Any,
-) -> float:
+def correct_motion(motion: Any, direction: Any, h: float, state: Any) -> float:
     """Take the end of the motion from a state, its middle from the cubic between.
 
     Return the relative change of the end [1].
 
     Parameters
     ----------
-    kernel, h, w : as in `predict_motion`
-    states, j : flat states; that at the end of the step begins at ``states[j]``
+    motion, direction, h : as in `predict_motion`
+    state : (2n, w) at the end of the step
     """
-    motion = kernel.flanks.scratch.motion
     largest_change = 0.0
-    for m in range(len(kernel.flanks.meshes.damping)):
+    for m in range(len(direction)):
         first_place = motion[0, m, 0]
         first_speed = motion[0, m, 1]
-        place, speed = mesh_law.motion_of(kernel.structure, m, w, states, j)
+        place, speed = mesh_law.motion_along(direction, m, state, np.uint64(0))
         change = abs(place - motion[2, m, 0]) + h * abs(speed - motion[2, m, 1])
         size = abs(place) + h * abs(speed) + 1e-30
         largest_change = max(largest_change, change / size)
@@ -294,10 +289,12 @@ def correct_motion(
 
 @jit(counted=False)
 def step_in_parts(
-    kernel: Any,
+    damping: Any,
+    flanks: Any,
+    series: Any,
+    balance: Any,
     step: int,
     columns: Any,
-    w: Any,
     states: Any,
     i: Any,
     j: Any,
@@ -306,15 +303,16 @@ def step_in_parts(
 
     Parameters
     ----------
-    kernel, step, columns, w, states, i, j : as in
-        `wearlab.dynamics.integrators.rk4.diagonal_step`
+    damping : law of the meshes
+    flanks, series, balance, step, columns, states, i, j : as in
+        `wearlab.dynamics.integrators.contact_change.step_with_changes`
     """
-    flanks = kernel.flanks
-    series = kernel.series
-    held = kernel.balance.held
+    held = balance.held
     mesh = flanks.scratch.mesh[0]
     inputs = flanks.scratch.inputs[0]
+    motion = flanks.scratch.motion
     rows = np.uint64(2 * series.terms.shape[1])
+    w = np.uint64(series.terms.shape[2])
     copy(states, i, j, rows * w, columns, w)
     state = states[j : j + rows * w].reshape((rows, w))
     a = 0.0
@@ -323,13 +321,13 @@ def step_in_parts(
     while a < 1.0:
         end = min(1.0, a + part) if 1.0 - a - part > NO_TIME else 1.0
         h = (end - a) * flanks.tables.width[step] * flanks.period
-        predict_motion(kernel, h, w, states, j)
-        mesh_law.fill_load_inputs(kernel, step, a, end, THIS)
+        predict_motion(motion, series.direction, h, state)
+        mesh_law.fill_load_inputs(flanks, balance, step, a, end, THIS)
         terms = 0
         for _ in range(MAX_CORRECTIONS):
-            fill_tangents_of_step(flanks, step, a, end)
+            fill_tangents_of_step(damping, flanks, step, a, end)
             terms = contact_change.series_over(series, held, mesh, inputs, h, state)
-            _take_motion_from_series(kernel, terms, h)
+            _take_motion_from_series(motion, series.sensed, terms, h)
 
         too_long = terms == TERMS and part > contact_change.SHORTEST
         if too_long and contact_change.diverges(series.terms):
@@ -342,21 +340,18 @@ def step_in_parts(
 
 
 @jit_inner(counted=False)
-def _take_motion_from_series(kernel: Any, terms: int, h: float) -> None:
+def _take_motion_from_series(motion: Any, sensed: Any, terms: int, h: float) -> None:
     """Take the motion of the meshes in the middle and at the end from the series."""
-    motion = kernel.flanks.scratch.motion
     for stage in range(1, 3):
         for m in range(motion.shape[1]):
-            place, rise = contact_change.horner(
-                kernel.series.sensed[:, m, 0], terms, 0.5 * stage
-            )
+            place, rise = contact_change.horner(sensed[:, m, 0], terms, 0.5 * stage)
             motion[stage, m, 0] = place
             motion[stage, m, 1] = rise / h
 
 
 @jit_inner(counted=False)
 def step_by_law(
-    law: Any,
+    damping: Any,
     kernel: Any,
     step: int,
     columns: Any,
@@ -372,19 +367,30 @@ def step_by_law(
 
     Parameters
     ----------
-    law : of the meshes, None: viscous
+    damping : law of the meshes, None: viscous; an argument of its own, which the
+        compiler tells apart
     kernel, step, columns, w, states, i, j : as in
         `wearlab.dynamics.integrators.rk4.diagonal_step`
     """
-    if law is None:
+    if damping is None:
         return -1
-    h = kernel.flanks.tables.width[step] * kernel.flanks.period
-    predict_motion(kernel, h, w, states, i)
+    flanks = kernel.flanks
+    series = kernel.series
+    balance = kernel.balance
+    motion = flanks.scratch.motion
+    direction = series.direction
+    rows = np.uint64(2 * direction.shape[1])
+    first = states[i : i + rows * w].reshape((rows, w))
+    last = states[j : j + rows * w].reshape((rows, w))
+    h = flanks.tables.width[step] * flanks.period
+    predict_motion(motion, direction, h, first)
     for _ in range(MAX_CORRECTIONS):
-        if not fill_tangents_of_step(kernel.flanks, step, 0.0, 1.0):
-            return step_in_parts(kernel, step, columns, w, states, i, j)
-        mesh_law.fill_load_inputs(kernel, step, 0.0, 1.0, THIS)
+        if not fill_tangents_of_step(damping, flanks, step, 0.0, 1.0):
+            return step_in_parts(
+                damping, flanks, series, balance, step, columns, states, i, j
+            )
+        mesh_law.fill_load_inputs(flanks, balance, step, 0.0, 1.0, THIS)
         rk4.step_of(kernel, step, columns, w, states, i, j)
-        if correct_motion(kernel, h, w, states, j) <= CONVERGED:
+        if correct_motion(motion, direction, h, last) <= CONVERGED:
             break
     return 0

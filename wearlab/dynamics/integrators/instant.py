@@ -26,10 +26,10 @@ def set_instant(kernel: Any, step: int, x: float, state: Any) -> None:
             kernel.structure, m, np.uint64(1), state, np.uint64(0)
         )
         damping_law.set_flanks(
-            kernel.flanks.meshes.law, kernel.flanks, step, x, m, place, speed
+            kernel.damping_law, kernel.flanks, step, x, m, place, speed
         )
     mesh_law.fill_channel_laws(kernel.flanks, mesh_law.THIS, 1)
-    mesh_law.fill_load_inputs(kernel, step, x, x, mesh_law.THIS)
+    mesh_law.fill_load_inputs(kernel.flanks, kernel.balance, step, x, x, mesh_law.THIS)
 
 
 @jit_inner(counted=False)

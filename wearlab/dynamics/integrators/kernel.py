@@ -110,7 +110,6 @@ class Meshes(NamedTuple):
     gated : (n_mesh,) whether damping acts on touching flanks alone, which do not pull
     pairs : (n_pairs,) as long as a mesh has pairs, values unused
     channels : (n_channel,) as long as there are force channels, values unused
-    law : damping law that is not viscous, see `wearlab.mesh.damping`; None: viscous
     """
 
     damping: Array
@@ -118,7 +117,6 @@ class Meshes(NamedTuple):
     gated: Flags
     pairs: Array
     channels: Array
-    law: Any
 
 
 class PowerSeries(NamedTuple):
@@ -181,7 +179,8 @@ class Scratch(NamedTuple):
 class Flanks(NamedTuple):
     """What forces of the flanks are made of.
 
-    It is an argument of its own: compiled code hands every word on by value.
+    It is an argument of its own: compiled code hands every word on by value, and what
+    takes no more than this is compiled once for all structures and damping laws.
 
     Parameters
     ----------
@@ -202,12 +201,15 @@ class Kernel(NamedTuple):
     Parameters
     ----------
     structure : `Diagonal`, `Dense`, `Stepped` or `Propagated`
+    damping_law : of the meshes, where it is not viscous, see `wearlab.mesh.damping`;
+        None: viscous
     flanks, series : see there
     balance : loads of unknown size of a system free to turn
     width : as long as a state has columns: a tuple for a small system
     """
 
     structure: Any
+    damping_law: Any
     flanks: Flanks
     series: PowerSeries
     balance: Balance
@@ -359,6 +361,7 @@ def kernel_of(
 
     return Kernel(
         structure=structure,
+        damping_law=system.damping_law,
         flanks=Flanks(
             meshes=_meshes(system, tables),
             tables=tables,
@@ -475,7 +478,6 @@ def _meshes(system: System, tables: StageTables) -> Meshes:
         gated=(system.mesh_damping > 0.0) & (not system.damping_always),
         pairs=np.zeros(pairs),
         channels=np.zeros(len(system.force_vectors[0])),
-        law=system.damping_law,
     )
 
 

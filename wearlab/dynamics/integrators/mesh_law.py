@@ -21,7 +21,7 @@ from typing import Any
 
 import numpy as np
 
-from wearlab.compiled import jit_inner
+from wearlab.compiled import jit, jit_inner
 
 START = np.int64(0)
 MIDST = np.int64(1)
@@ -132,6 +132,28 @@ def motion_of(
 
 
 @jit_inner(counted=False)
+def motion_along(
+    direction: Any, m: int, state: Any, column: Any
+) -> tuple[float, float]:
+    """Return ``d_m·q`` and ``d_m·q̇`` of a column of a state, whatever the structure.
+
+    Parameters
+    ----------
+    direction : (n_mesh, n) of the meshes
+    m : mesh
+    state : (2n, w)
+    column : of the state (uint64)
+    """
+    n = direction.shape[1]
+    place = 0.0
+    speed = 0.0
+    for row in range(n):
+        place += direction[m, row] * state[row, column]
+        speed += direction[m, row] * state[n + row, column]
+    return place, speed
+
+
+@jit(counted=False)
 def set_touching(
     flanks: Any,
     step: int,
@@ -163,7 +185,7 @@ def normal_force(law: Any, place: float, speed: float) -> float:
     return law[STIFFNESS] * place + law[DAMPING] * speed - law[OFFSET]
 
 
-@jit_inner(counted=False)
+@jit_inner(counted=False, inline=True)
 def set_pushing(flanks: Any, m: int, place: float, speed: float, law: Any) -> None:
     """Set which pairs of mesh ``m`` push: those whose normal force is above nought.
 
@@ -182,7 +204,7 @@ def set_pushing(flanks: Any, m: int, place: float, speed: float, law: Any) -> No
         )
 
 
-@jit_inner(counted=False)
+@jit(counted=False)
 def contact_differs(
     flanks: Any,
     step: int,
@@ -378,7 +400,7 @@ def _fill_mesh_dashpot(
     law[pairs + 1, OFFSET] = damping * (error_rate + lead_rate)
 
 
-@jit_inner(counted=False)
+@jit(counted=False)
 def fill_flank_laws(flanks: Any, step: int, a: float, b: float, half: int) -> None:
     """Fill law and friction of all flanks at start, middle and end of a part of a step.
 
@@ -399,7 +421,7 @@ def fill_flank_laws(flanks: Any, step: int, a: float, b: float, half: int) -> No
             fill_laws_of_mesh(flanks, step, at, x, m, law[stage, m], rub[stage, m])
 
 
-@jit_inner(counted=False)
+@jit(counted=False)
 def fill_channel_laws(flanks: Any, half: int, stages: int = 3) -> None:
     """Fill stiffness, damping and offset of the channels, from which pairs push.
 
@@ -453,8 +475,15 @@ def fill_channel_laws(flanks: Any, half: int, stages: int = 3) -> None:
             inputs[half, stage, c] = w
 
 
-@jit_inner(counted=False)
-def fill_load_inputs(kernel: Any, step: int, a: float, b: float, half: int) -> None:
+@jit(counted=False)
+def fill_load_inputs(
+    flanks: Any,
+    balance: Any,
+    step: int,
+    a: float,
+    b: float,
+    half: int,
+) -> None:
     """Fill the inputs by loads at start, middle and end of a part of a step.
 
     They follow those of the channels: the constant load, the fluctuating one, and loads
@@ -462,14 +491,13 @@ def fill_load_inputs(kernel: Any, step: int, a: float, b: float, half: int) -> N
 
     Parameters
     ----------
-    kernel, step : the system, and a step of its tables
+    flanks, balance, step : of the kernel, and a step of its tables
     a, b : fractions of the step at which the part begins and ends [1]
     half : of the scratch that is written, `THIS` or `NEXT`
     """
-    tables = kernel.flanks.tables
-    balance = kernel.balance
-    inputs = kernel.flanks.scratch.inputs
-    at = len(kernel.flanks.meshes.channels)
+    tables = flanks.tables
+    inputs = flanks.scratch.inputs
+    at = len(flanks.meshes.channels)
     for stage in range(3):
         inputs[half, stage, at] = 1.0
         inputs[half, stage, at + 1] = 0.0

@@ -22,7 +22,7 @@ from scipy.linalg import expm
 from scipy.special import factorial
 
 from wearlab.arrays import Array, Index
-from wearlab.compiled import jit_inner
+from wearlab.compiled import jit, jit_inner
 from wearlab.dynamics.system import System
 from wearlab.mesh.stages import StageTables
 
@@ -302,12 +302,16 @@ def exact_step(
         `wearlab.dynamics.integrators.kernel.Propagated`
     columns : all
     """
-    exact_steps(kernel, step, kernel.structure.tables.single, OF_ONE, w, states[i:])
+    structure = kernel.structure
+    scratch = kernel.flanks.scratch
+    single = structure.tables.single
+    exact_steps(structure, scratch, step, single, OF_ONE, w, states[i:])
 
 
-@jit_inner
+@jit
 def exact_steps(
-    kernel: Any,
+    structure: Any,
+    scratch: Any,
     step: int,
     steps: Any,
     later: int,
@@ -320,20 +324,20 @@ def exact_steps(
 
     Parameters
     ----------
-    kernel, step, w : as in `exact_step`; the scratch has channels and inputs of both
+    structure, scratch : of the kernel; the scratch has channels and inputs of both
         steps
+    step, w : as in `exact_step`
     steps, later : tables, and stages after the first, `OF_ONE` or `OF_TWO`
     states : flat, from the state at the start on
     """
-    structure = kernel.structure
-    slot = kernel.structure.slot[step]
+    slot = structure.slot[step]
     rows = np.uint64(2 * len(structure.coordinates))
     count = later // 2
     force = structure.force[: (later + 1) * (len(structure.force) // 5)]
     state = states[: np.uint64(1 + count) * rows * w].reshape(
         (np.uint64(1 + count), rows, w)
     )
-    solve_forces(structure, kernel.flanks.scratch, steps, slot, later, state[0])
+    solve_forces(structure, scratch, steps, slot, later, state[0])
     if later == OF_TWO:
         advance(
             steps.between[slot],

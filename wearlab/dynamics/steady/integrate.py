@@ -66,15 +66,23 @@ def _double_step(
         return False
     mesh_law.fill_flank_laws(kernel.flanks, step + 1, 0.0, 1.0, NEXT)
     mesh_law.fill_channel_laws(kernel.flanks, NEXT)
-    mesh_law.fill_load_inputs(kernel, step + 1, 0.0, 1.0, NEXT)
-    double = kernel.structure.tables.double
-    propagator.exact_steps(kernel, step, double, propagator.OF_TWO, w, states[i:])
-    rows = 2 * len(kernel.structure.coordinates)
-    j = i + np.uint64(rows) * w
-    return contact == PERMANENT or (
-        mesh_law.contact_holds(kernel, step, w, states, i, j, THIS)
-        and mesh_law.contact_holds(kernel, step + 1, w, states, j, j + j - i, NEXT)
+    mesh_law.fill_load_inputs(kernel.flanks, kernel.balance, step + 1, 0.0, 1.0, NEXT)
+    structure = kernel.structure
+    scratch = kernel.flanks.scratch
+    double = structure.tables.double
+    propagator.exact_steps(
+        structure, scratch, step, double, propagator.OF_TWO, w, states[i:]
     )
+    if contact == PERMANENT:
+        return True
+    size = np.uint64(2 * len(structure.coordinates)) * w
+    for half in range(2):  # THIS and NEXT
+        if not mesh_law.contact_holds(
+            kernel, step + half, w, states, i, i + size, half
+        ):
+            return False
+        i += size
+    return True
 
 
 def _choose_double_step(kernel: Any, *rest: Any) -> Callable[..., bool]:
@@ -102,7 +110,7 @@ def _fill_laws(
     else:
         mesh_law.set_contact_at_start(kernel, step, w, states, i)
     mesh_law.fill_channel_laws(kernel.flanks, THIS)
-    mesh_law.fill_load_inputs(kernel, step, 0.0, 1.0, THIS)
+    mesh_law.fill_load_inputs(kernel.flanks, kernel.balance, step, 0.0, 1.0, THIS)
 
 
 @jit_inner(counted=False, inline=True)
@@ -166,7 +174,7 @@ def over_periods(
             j = i + size
             parts = -1 if step >= next_step else 0
             if parts < 0 and contact == LOCATED:
-                law = kernel.flanks.meshes.law
+                law = kernel.damping_law
                 parts = damping_law.step_by_law(
                     law, kernel, step, columns, w, states, i, j
                 )
@@ -184,7 +192,14 @@ def over_periods(
                     kernel, step, w, states, i, j, THIS
                 ):
                     changes += contact_change.step_with_changes(
-                        kernel, step, columns, w, states, i, j
+                        kernel.flanks,
+                        kernel.series,
+                        kernel.balance,
+                        step,
+                        columns,
+                        states,
+                        i,
+                        j,
                     )
             i = j
         _end_period(kernel, states, np.int64(i), strobe[k], strobe[k + 1], balanced)

@@ -281,7 +281,7 @@ class Shooting(OnTables):
         newton.error = self.distance(step)
         newton.path = states[:, :, 0] + tangents @ step
         exact = False
-        if newton.changes == 0 and self.shooter.kernel.flanks.meshes.law is None:
+        if newton.changes == 0 and self.shooter.kernel.damping_law is None:
             newton.checks += 1
             exact = self._follows(newton.path, newton.state + step)
         small = newton.error <= SMALL_STEP * self.distance(newton.state)
