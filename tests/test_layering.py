@@ -22,6 +22,7 @@ ROAD = (
         "version",
         "sources",
         "arrays",
+        "threads",
         "files",
         "compiled",
         "nearest",

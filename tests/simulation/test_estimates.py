@@ -17,7 +17,12 @@ from wearlab.assembly import GearModel, build
 from wearlab.life.history import History
 from wearlab.scene import Scene
 from wearlab.simulation import companion_runs, estimates, simulate, wear_off
-from wearlab.simulation.companion_runs import between_nodes, carried, rough_parts
+from wearlab.simulation.companion_runs import (
+    Rougher,
+    between_nodes,
+    carried,
+    rough_parts,
+)
 from wearlab.simulation.dataset.errors import flank_error_values
 from wearlab.simulation.estimates import estimated
 from wearlab.simulation.life_run import integrate_life
@@ -188,10 +193,62 @@ def test_an_error_is_levelled_as_an_implicit_step_has_it() -> None:
     np.testing.assert_allclose(
         levelled(drive, step, lambda off: -off), drive / (1.0 + step), rtol=1e-9
     )
+    over_less = levelled(drive, step, lambda off: slope @ off, 0.0625)
+    np.testing.assert_allclose(over_less, found, rtol=1e-6, atol=1e-9)
     for nothing_told in (None, 0.001 * drive):
         np.testing.assert_array_equal(
             levelled(drive, step, lambda off, x=nothing_told: x), drive
         )
+
+
+class OtherwiseBeyond:
+    """A coupling whose state responds otherwise where it is worn by more than that."""
+
+    def __init__(self, most: float) -> None:
+        self.most = most
+        self.asked = list[float]()
+
+    def flat(self, wear: Any) -> Any:
+        return wear[0]
+
+    def split(self, flat: Any) -> tuple[Any, ...]:
+        return (flat,)
+
+    def answers(self, parts: Any, wear: Any, *_: Any, **__: Any) -> Any:
+        further = float(np.abs(wear[0] - DEPTH).max())
+        self.asked.append(further)
+        if further > self.most:
+            return None
+        return SimpleNamespace(wears=True, rate=(1.0 - (wear[0] - DEPTH),))
+
+
+DEPTH = 10.0
+
+
+@pytest.mark.parametrize(
+    ("most", "share"), [(np.inf, 1.0), (0.9, 0.25), (0.3, 0.0625), (0.01, 0.0)]
+)
+def test_levelling_is_asked_over_as_much_of_an_error_as_is_answered(
+    monkeypatch: pytest.MonkeyPatch, most: float, share: float
+) -> None:
+    """A rate of ``1 − e`` levels an error a hundredfold in a hundred cycles."""
+    coupling = OtherwiseBeyond(most)
+    monkeypatch.setattr(wear_off, "alike", coupling.answers)
+    own = SimpleNamespace(wears=True, rate=(np.ones(4),), start_alike=None)
+    rate = np.full(4, 0.03)
+    twin: Any = Rougher(
+        100.0,
+        np.full(4, DEPTH),
+        rate,
+        SimpleNamespace(coupling=coupling),  # type: ignore[arg-type]
+        own,  # type: ignore[arg-type]
+    )
+    twin = twin._replace(conditions=(twin,))
+    (found,) = wear_off.errors_of_wear([twin], np.zeros(1))
+    drive = 100.0 * rate
+    exact = drive / (1.0 + 100.0) if share else drive
+    np.testing.assert_allclose(found.error, exact, rtol=1e-9)
+    assert (share == 0.0) == (min(coupling.asked) > most)
 
 
 def test_the_cost_is_that_of_a_quiet_run(monkeypatch: pytest.MonkeyPatch) -> None:

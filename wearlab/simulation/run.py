@@ -10,6 +10,7 @@ from wearlab.scene import Scene
 from wearlab.simulation import calibration, label, life_run, operating
 from wearlab.simulation.dataset.build import build
 from wearlab.simulation.dataset.finished import FinishedLife
+from wearlab.threads import one_thread
 
 FIRST_STATE = {
     "section vanished": "a section of a tooth vanishes under its initial wear; give "
@@ -21,6 +22,7 @@ FIRST_STATE = {
 """Why no first state can be, by what would end a life."""
 
 
+@one_thread()
 def simulate(scene: Scene) -> xr.Dataset:
     """Simulate one scene.
 

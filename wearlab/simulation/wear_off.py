@@ -113,14 +113,16 @@ def levelled(
     drive: Array,
     step: float,
     answer: Callable[[Array], Array | None],
+    share: float = 1.0,
     close: float = CLOSE,
 ) -> Array:
     """Return the error at the end of an implicit step, by a Krylov method.
 
     ``(1 − ΔN ∂r/∂h) e = drive``.
 
-    The derivative is taken over as much as the drive: gaps close and open within it.
-    The drive itself comes back where the rate does not tell, or levels nothing.
+    The derivative is taken over as much as the drive, or a share of it: gaps close and
+    open within it. The drive itself comes back where the rate does not tell, or levels
+    nothing.
 
     Parameters
     ----------
@@ -128,14 +130,16 @@ def levelled(
     step : ΔN [1]
     answer : what an error (n,) [m] changes of the rate (n,) [m per cycle], None where
         it cannot be told
+    share : of the largest entry of the drive over which the derivative is taken [1]
     close : residual over the drive at which no more is asked [1]
     """
     size = float(np.abs(drive).max(initial=0.0))
+    asked_over = share * size
     answers = True
 
     def product(v: Array) -> Array:
         nonlocal answers
-        unit = float(np.abs(v).max()) / size
+        unit = float(np.abs(v).max()) / asked_over
         answered = answer(v / unit) if unit > 0.0 and answers else None
         if answered is None:
             answers = answers and unit == 0.0
@@ -154,6 +158,11 @@ WORN_FORCE_SHARE = 1.2
 WORTH, LEVELS = 0.01, 5.0
 """Error by the drive alone, over the depth, and exponent −g ΔN from which an implicit
 step is taken."""
+
+
+SHARES = (1.0, 0.25, 0.0625)
+"""Of an error, over which it is asked how the rate levels it: all of it, or, where the
+twin then responds otherwise, less."""
 
 
 class WornFurther(NamedTuple):
@@ -206,11 +215,13 @@ def _next(twin: Rougher, stepping: float, previous: WornFurther | None) -> WornF
         error = start + step * (twin.rate if last is None else 0.5 * (twin.rate + last))
     off = _further(twin, error, stepping)
     worse = _worn_by(twin, off)
-    if _is_levelled(twin, step, error, off, _answer(twin, worse)):
+    share = _share_that_levels(twin, step, error, off, worse)
+    if share > 0.0:
         error = levelled(
             error,
             step,
             lambda off: _answer(twin, _worn_by(twin, off, rate_only=True)),
+            share,
             CLOSE_OF_FINER if twin.is_finer else CLOSE,
         )
         levelled_worse = _worn_by(twin, _further(twin, error, stepping))
@@ -218,15 +229,33 @@ def _next(twin: Rougher, stepping: float, previous: WornFurther | None) -> WornF
     return WornFurther(twin, error, worse)
 
 
-def _is_levelled(
-    joint: Rougher, step: float, error: Array, off: Array, answer: Array | None
-) -> bool:
-    """Whether the rate levels a large error many times over within the step."""
-    if answer is None or float(np.abs(error).max()) <= WORTH * float(
-        joint.wear.max(initial=0.0)
-    ):
-        return False
-    return bool(-float(off @ answer) * step >= LEVELS * float(off @ off) > 0.0)
+def _share_that_levels(
+    joint: Rougher,
+    step: float,
+    error: Array,
+    off: Array,
+    worse: Sequence[coupled.WearState | None],
+) -> float:
+    """Return over which share of a large error the rate levels it within the step.
+
+    Nought where it does not, many times over. Worn by all of the error a twin may
+    respond otherwise, as where its teeth part, and by less of it not.
+
+    Parameters
+    ----------
+    joint, step : the twin, and cycles since the state before [1]
+    error, off : the error, and by how much the twin is worn further, (n,) [m]
+    worse : the twin worn by all of it, in every condition
+    """
+    if float(np.abs(error).max()) <= WORTH * float(joint.wear.max(initial=0.0)):
+        return 0.0
+    for share in SHARES:
+        moved = worse if share == 1.0 else _worn_by(joint, share * off, rate_only=True)
+        answer = _answer(joint, moved)
+        if answer is not None:
+            levels = -float(off @ answer) * step >= share * LEVELS * float(off @ off)
+            return share if levels else 0.0
+    return 0.0
 
 
 def _answer(joint: Rougher, worse: Sequence[coupled.WearState | None]) -> Array | None:

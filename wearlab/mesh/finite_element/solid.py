@@ -45,7 +45,6 @@ import numpy as np
 from scipy.linalg import cholesky, solve_triangular
 from scipy.sparse import csr_matrix, diags
 from scipy.sparse.linalg import splu
-from threadpoolctl import threadpool_limits
 
 from wearlab.arrays import Array, Index
 from wearlab.files import cache_folder, read_regular
@@ -53,6 +52,7 @@ from wearlab.gears.gear import Gear
 from wearlab.gears.specification import Material
 from wearlab.mesh.finite_element import compliance, elements, outline
 from wearlab.sources import PACKAGE, hash_of
+from wearlab.threads import one_thread
 
 KEPT_BYTES = 500_000_000
 """Of teeth on disk: 2 MB each of 26 slices, 10 MB of 53, 90 MB of 161."""
@@ -72,8 +72,7 @@ def kept_or_made(given: tuple[object, ...], make: Callable[[], Arrays]) -> Array
     file = cache_folder() / "teeth" / f"{name}.npz"
     arrays = _read(file)
     if arrays is None:
-        # threads would wait for each other on busy cores
-        with threadpool_limits(1, user_api="blas"):
+        with one_thread():
             arrays = make()
         _write(file, arrays)
     return arrays
