@@ -53,13 +53,8 @@ def test_a_short_separation_inside_one_step() -> None:
 
 
 @jit(counted=False)
-def terms_of_flight(kernel, h, state):
-    fill_load_inputs(kernel.flanks, kernel.balance, 0, 0.0, 1.0, THIS)
-    scratch = kernel.flanks.scratch
-    held = kernel.balance.held
-    return series_over(
-        kernel.series, held, scratch.mesh[0], scratch.inputs[0], h, state
-    )
+def terms_of_flight(series, held, mesh, inputs, h, state):
+    return series_over(series, held, mesh, inputs, h, state)
 
 
 def test_the_series_of_a_free_flight_ends_soon() -> None:
@@ -69,7 +64,10 @@ def test_the_series_of_a_free_flight_ends_soon() -> None:
     h = 1e-6
     state = np.zeros((6, series.terms.shape[2]))
     state[:, 0] = 0.0, 0.0, 1e-3, 0.0, 0.0, -2.0
-    terms = terms_of_flight(flying, h, state)
+    fill_load_inputs(flying.flanks, flying.balance, 0, 0.0, 1.0, THIS)
+    mesh = flying.flanks.scratch.mesh[0]
+    inputs = flying.flanks.scratch.inputs[0]
+    terms = terms_of_flight(series, flying.balance.held, mesh, inputs, h, state)
     assert terms <= 8
     np.testing.assert_allclose(
         series.terms[:3, 2, 0], [1e-3, -2.0 * h, 0.5 * 1800.0 * h * h], rtol=1e-6
