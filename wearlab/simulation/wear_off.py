@@ -102,7 +102,7 @@ def _vertex(b: float, c: float) -> float:
     return float(-b * b / (4.0 * c)) if 0.0 < b < -2.0 * c else 0.0
 
 
-MAX_ANSWERS, CLOSE = 10, 0.05
+MAX_ANSWERS, CLOSE = 6, 0.05
 """Most rates that one step asks for, and the residual over the drive at which it asks
 for no more."""
 CLOSE_OF_FINER = 0.2
