@@ -161,8 +161,8 @@ step is taken."""
 
 
 SHARES = (1.0, 0.25, 0.0625)
-"""Of an error, over which it is asked how the rate levels it: all of it, or, where the
-twin then responds otherwise, less."""
+"""Of an error, over which it is asked how the rate levels it: all of it, or, where
+nothing levels that, less."""
 
 
 class WornFurther(NamedTuple):
@@ -213,49 +213,53 @@ def _next(twin: Rougher, stepping: float, previous: WornFurther | None) -> WornF
     error = start
     if twin.rate is not None:  # when nothing levels it since the state before
         error = start + step * (twin.rate if last is None else 0.5 * (twin.rate + last))
-    off = _further(twin, error, stepping)
-    worse = _worn_by(twin, off)
-    share = _share_that_levels(twin, step, error, off, worse)
-    if share > 0.0:
-        error = levelled(
-            error,
-            step,
-            lambda off: _answer(twin, _worn_by(twin, off, rate_only=True)),
-            share,
-            CLOSE_OF_FINER if twin.is_finer else CLOSE,
-        )
-        levelled_worse = _worn_by(twin, _further(twin, error, stepping))
+    worse = _worn_by(twin, _further(twin, error, stepping))
+    while_levelled = _while_levelled(twin, step, error, stepping, worse)
+    if while_levelled is not error:
+        levelled_worse = _worn_by(twin, _further(twin, while_levelled, stepping))
         worse = worse if None in levelled_worse else levelled_worse
-    return WornFurther(twin, error, worse)
+    return WornFurther(twin, while_levelled, worse)
 
 
-def _share_that_levels(
+def _while_levelled(
     joint: Rougher,
     step: float,
     error: Array,
-    off: Array,
+    stepping: float,
     worse: Sequence[coupled.WearState | None],
-) -> float:
-    """Return over which share of a large error the rate levels it within the step.
+) -> Array:
+    """Return what the rate leaves of a large error within a step, (n,) [m].
 
-    Nought where it does not, many times over. Worn by all of the error a twin may
-    respond otherwise, as where its teeth part, and by less of it not.
+    The error itself where nothing levels it many times over. Worn by all of it a twin
+    may respond otherwise, or strike; while it is levelled it stays small.
 
     Parameters
     ----------
     joint, step : the twin, and cycles since the state before [1]
-    error, off : the error, and by how much the twin is worn further, (n,) [m]
+    error : (n,) when nothing levels it [m]
+    stepping : error of the depth by the steps over cycles [m]
     worse : the twin worn by all of it, in every condition
     """
     if float(np.abs(error).max()) <= WORTH * float(joint.wear.max(initial=0.0)):
-        return 0.0
+        return error
+    off = _further(joint, error, stepping)
     for share in SHARES:
         moved = worse if share == 1.0 else _worn_by(joint, share * off, rate_only=True)
         answer = _answer(joint, moved)
-        if answer is not None:
-            levels = -float(off @ answer) * step >= share * LEVELS * float(off @ off)
-            return share if levels else 0.0
-    return 0.0
+        if answer is None:
+            continue
+        if -float(off @ answer) * step < share * LEVELS * float(off @ off):
+            continue
+        left = levelled(
+            error,
+            step,
+            lambda off: _answer(joint, _worn_by(joint, off, rate_only=True)),
+            share,
+            CLOSE_OF_FINER if joint.is_finer else CLOSE,
+        )
+        if left is not error:
+            return left
+    return error
 
 
 def _answer(joint: Rougher, worse: Sequence[coupled.WearState | None]) -> Array | None:
