@@ -202,10 +202,14 @@ def test_an_error_is_levelled_as_an_implicit_step_has_it() -> None:
 
 
 class OtherwiseBeyond:
-    """A coupling whose state responds otherwise where it is worn by more than that."""
+    """A coupling whose state responds otherwise where it is worn by more than that.
 
-    def __init__(self, most: float) -> None:
+    ``first`` times it is asked it does not.
+    """
+
+    def __init__(self, most: float, first: int) -> None:
         self.most = most
+        self.first = first
         self.asked = list[float]()
 
     def flat(self, wear: Any) -> Any:
@@ -217,7 +221,7 @@ class OtherwiseBeyond:
     def answers(self, parts: Any, wear: Any, *_: Any, **__: Any) -> Any:
         further = float(np.abs(wear[0] - DEPTH).max())
         self.asked.append(further)
-        if further > self.most:
+        if further > self.most and len(self.asked) > self.first:
             return None
         return SimpleNamespace(wears=True, rate=(1.0 - (wear[0] - DEPTH),))
 
@@ -225,14 +229,15 @@ class OtherwiseBeyond:
 DEPTH = 10.0
 
 
+@pytest.mark.parametrize("first", [0, 1])
 @pytest.mark.parametrize(
     ("most", "share"), [(np.inf, 1.0), (0.9, 0.25), (0.3, 0.0625), (0.01, 0.0)]
 )
 def test_levelling_is_asked_over_as_much_of_an_error_as_is_answered(
-    monkeypatch: pytest.MonkeyPatch, most: float, share: float
+    monkeypatch: pytest.MonkeyPatch, most: float, share: float, first: int
 ) -> None:
     """A rate of ``1 − e`` levels an error a hundredfold in a hundred cycles."""
-    coupling = OtherwiseBeyond(most)
+    coupling = OtherwiseBeyond(most, first)
     monkeypatch.setattr(wear_off, "alike", coupling.answers)
     own = SimpleNamespace(wears=True, rate=(np.ones(4),), start_alike=None)
     rate = np.full(4, 0.03)
