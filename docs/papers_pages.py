@@ -337,6 +337,8 @@ if __name__ == "__main__":
     if sys.argv[1:] == ["--quick"]:
         print("\n".join(quick(all_kept())))
         sys.exit()
+    if sys.argv[1:2] and sys.argv[1].startswith("-"):
+        sys.exit(f"{__doc__}\nno option {sys.argv[1]}")
     wrong = compute(sys.argv[1], sys.argv[2:]) if len(sys.argv) > 1 else 0
     write(PAPERS, all_kept())
     sys.exit(f"{wrong} claims, notes or figures failed" if wrong else 0)
