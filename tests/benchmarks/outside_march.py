@@ -31,7 +31,6 @@ sys.path[:0] = [str(Path(__file__).parents[1] / "support")]
 from outside_patch import outside_patch  # noqa: E402
 from outside_set import (  # noqa: E402
     PLANETS,
-    Meshes,
     Scratch,
     geometry,
     lags,
@@ -52,11 +51,12 @@ averaged without."""
 
 
 class Motion(NamedTuple):
-    """Where a march ends: state, mean normal forces (n_steps, 2, n_mesh, n_pairs),
-    extremes, periods read.
+    """Where a march ends: state, widths of the steps (n_steps,) in mesh periods, mean
+    normal forces (n_steps, 2, n_mesh, n_pairs), extremes, periods read.
     """
 
     state: np.ndarray
+    width: np.ndarray
     normal: np.ndarray
     extremes: np.ndarray
     periods: int
@@ -97,10 +97,6 @@ class Outside:
             self.train.load,
         )[0]
 
-    def meshes(self, wear: Any, felt: Any = None) -> Meshes:
-        """Return the pairs of all meshes with the wear that they feel."""
-        return meshes(self.coupling, wear, self.lag, self.steps, self.kind_of, felt)
-
     def side_of(self, kind: int) -> int:
         """Return 0 for a kind of mesh with the sun, 1 for one with the ring."""
         return int(np.flatnonzero(self.kind_of == kind)[0]) // PLANETS
@@ -124,7 +120,8 @@ class Outside:
 
         The next march starts where this one ends.
         """
-        m = self.meshes(wear, self.felt(wear))
+        felt = self.felt(wear)
+        m = meshes(self.coupling, wear, self.lag, self.steps, self.kind_of, felt)
         normal = np.zeros((len(m.width), 2, *m.gap.shape[2:]))
         extremes = np.zeros((2, 6))
         extremes[0] = np.inf
@@ -153,13 +150,13 @@ class Outside:
         for _ in range(periods):
             march(self.train, m, self.period, state, scratch, normal, extremes, True)
         self.state = state
-        return Motion(state, normal / periods, extremes, periods)
+        return Motion(state, m.width, normal / periods, extremes, periods)
 
-    def tooth_forces(self, motion: Motion, wear: Any) -> list[np.ndarray]:
+    def tooth_forces(self, motion: Motion) -> list[np.ndarray]:
         """Return the mean force on a pair at the nodes of each kind
         of flank, (n,) each [N].
         """
-        width = self.meshes(wear).width
+        width = motion.width
         start = np.concatenate([[0.0], np.cumsum(width)[:-1]])
         self.forces = []
         for kind, physics in enumerate(self.coupling.kinds):
@@ -263,12 +260,12 @@ class Outside:
             motion = self.steady(tuple(wear))
             deep = float(wear[0][0].max())
             told.append((deep, cycle, motion))
-            forces = self.tooth_forces(motion, tuple(wear))
+            forces = self.tooth_forces(motion)
             fastest = float(self.pointwise(forces)[0][0].max())
             step = min(longest, 0.5e-6 + 0.5 * deep) / fastest
             middle = self.grown(wear, forces, 0.5 * step)
             halfway = self.steady(tuple(middle))
-            after = self.grown(wear, self.tooth_forces(halfway, tuple(middle)), step)
+            after = self.grown(wear, self.tooth_forces(halfway), step)
             reached = float(after[0][0].max())
             if reached >= depth:
                 return cycle + step * (depth - deep) / (reached - deep), told
@@ -319,7 +316,7 @@ def told_of_forces(run: Any, outside: Outside, depth: float) -> str:
     wear = worn_of(run, outside.coupling.unworn(), depth)
     for _ in range(ROUNDS):
         found = outside.steady(wear)
-        outside.tooth_forces(found, wear)
+        outside.tooth_forces(found)
     ours = float(found.extremes[1, :PLANETS].max())
     return (
         f"{depth * 1e6:.0f} um: largest force {ours:.0f} N outside, {own:.0f} N of "

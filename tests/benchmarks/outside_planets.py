@@ -14,7 +14,7 @@ import time
 from typing import Any, NamedTuple
 
 import numpy as np
-from outside_march import Outside, scene_at
+from outside_march import Motion, Outside, scene_at
 from outside_set import PLANETS
 from scipy.interpolate import PchipInterpolator
 
@@ -53,13 +53,14 @@ def marched(outside: Outside, depth: float) -> PlanetLives:
     factors: Any = None
     longest = FIRST * SHARE * depth
     while depths[-1].min() < depth:
-        forces = outside.tooth_forces(outside.steady(tuple(wear)), tuple(wear))
+        motion = outside.steady(tuple(wear))
+        forces = outside.tooth_forces(motion)
         if factors is None:
-            factors = load_factors(outside, tuple(wear))
+            factors = load_factors(motion)
         fed = outside.pointwise(forces)
         step = longest / max(float(fed[n][1].max()) for n in range(PLANETS))
         middle = outside.grown(wear, forces, 0.5 * step)
-        halfway = outside.tooth_forces(outside.steady(tuple(middle)), tuple(middle))
+        halfway = outside.tooth_forces(outside.steady(tuple(middle)))
         wear = outside.grown(wear, halfway, step)
         cycles.append(cycles[-1] + step)
         depths.append(np.array([float(wear[n][1].max()) for n in range(PLANETS)]))
@@ -69,12 +70,11 @@ def marched(outside: Outside, depth: float) -> PlanetLives:
     return PlanetLives(factors, np.array(lives, float))
 
 
-def load_factors(outside: Outside, wear: Any) -> np.ndarray:
+def load_factors(motion: Motion) -> np.ndarray:
     """Return the mean normal force of the sun's meshes over that of all, (n,)."""
-    motion = outside.steady(wear)
-    width = outside.meshes(wear).width
-    mean = np.einsum("s,sem->m", 0.5 * width, motion.normal.sum(axis=3))[:PLANETS]
-    return np.asarray(mean / mean.mean())
+    of_meshes = motion.normal.sum(axis=3)
+    at_sun = np.einsum("s,sem->m", 0.5 * motion.width, of_meshes)[:PLANETS]
+    return np.asarray(at_sun / at_sun.mean())
 
 
 def main() -> None:

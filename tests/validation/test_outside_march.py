@@ -61,7 +61,7 @@ def test_forces_and_wear_are_those_of_the_march(both) -> None:
     found = extremes(state.response)
     np.testing.assert_allclose(motion.extremes, [found.least, found.largest], rtol=2e-3)
     for kind, one in enumerate(state.kind):
-        forces = outside.tooth_forces(motion, wear)[kind]
+        forces = outside.tooth_forces(motion)[kind]
         np.testing.assert_allclose(
             forces, one.mean_tooth_force, atol=0.02 * forces.max()
         )

@@ -242,21 +242,21 @@ def _while_levelled(
     """
     if float(np.abs(error).max()) <= WORTH * float(joint.wear.max(initial=0.0)):
         return error
+
+    def answer(further: Array) -> Array | None:
+        """Return what wear by so much further (n,) [m] changes of the rate."""
+        return _answer(joint, _worn_by(joint, further, rate_only=True))
+
     off = _further(joint, error, stepping)
+    close = CLOSE_OF_FINER if joint.is_finer else CLOSE
     for share in SHARES:
-        moved = worse if share == 1.0 else _worn_by(joint, share * off, rate_only=True)
-        answer = _answer(joint, moved)
-        if answer is None:
+        change = _answer(joint, worse) if share == 1.0 else answer(share * off)
+        if change is None:
             continue
-        if -float(off @ answer) * step < share * LEVELS * float(off @ off):
+        levels = -float(off @ change) * step >= share * LEVELS * float(off @ off)
+        if not levels:
             continue
-        left = levelled(
-            error,
-            step,
-            lambda off: _answer(joint, _worn_by(joint, off, rate_only=True)),
-            share,
-            CLOSE_OF_FINER if joint.is_finer else CLOSE,
-        )
+        left = levelled(error, step, answer, share, close)
         if left is not error:
             return left
     return error
