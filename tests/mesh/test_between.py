@@ -33,6 +33,15 @@ def test_it_is_the_table_at_the_stages_and_smooth_between(excitation) -> None:
         error, rate = between.errors_at(*at)
         np.testing.assert_allclose(error - slow, tables.error[:, stage], atol=1e-18)
         np.testing.assert_allclose(rate, tables.error_rate[:, stage], atol=1e-16)
+    fractions = np.array([0.1, 0.5, 0.8])
+    for source in (between, tables):
+        within = source.springs_within(fractions)
+        for k, fraction in enumerate(fractions):
+            at = np.arange(steps), np.full(steps, fraction)
+            for found, known in zip(
+                within[:4], source.springs_at(*at)[:4], strict=True
+            ):
+                np.testing.assert_allclose(found[:, k], known, rtol=1e-9, atol=1e-15)
     step = np.arange(steps)
     x = np.linspace(0.1, 0.9, steps)
     error, _ = between.errors_at(step, x)

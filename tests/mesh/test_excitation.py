@@ -14,7 +14,8 @@ from wearlab.mesh.excitations.modulated import ModulatedExcitation
 from wearlab.mesh.excitations.pairs import PairsExcitation
 from wearlab.mesh.force import Dashpot, Deflections, flank_forces
 from wearlab.mesh.harmonics import mesh_error
-from wearlab.mesh.profile import lookup, profile_grid
+from wearlab.mesh.profile import interpolate, lookup, profile_grid
+from wearlab.mesh.springs import gap_rates
 from wearlab.mesh.stages import stage_grid
 from wearlab.mesh.stiffness import GivenStiffness, constant
 
@@ -51,6 +52,18 @@ def test_steps_land_on_breaks_in_pairs():
         assert np.any(np.abs(grid.start - point) < 1e-15)
     for segment in (0, 1):
         assert np.sum(grid.segment == segment) % 2 == 0
+
+
+def test_rates_of_gaps_are_exact_for_cubics(pair, grid):
+    """By phase: a pair moves on by a base pitch in a mesh period."""
+    s = grid.contact_position / pair.base_pitch
+    gap = 1e-5 * (s**3 - 0.4 * s**2 + 0.7 * s)
+    slope = 1e-5 * (3.0 * s**2 - 0.8 * s + 0.7)
+    where = lookup(grid, np.linspace(0.013, 0.987, 41))
+    rates = gap_rates(grid, gap, where)
+    exact = interpolate(grid, where, slope, 0.0)  # a parabola, read by a cubic
+    assert np.count_nonzero(exact) > 41  # one pair, and two
+    np.testing.assert_allclose(rates, exact, rtol=1e-9, atol=1e-17)
 
 
 def test_pairs_are_tabulated_with_both_sides_of_every_jump(pair, grid, analysis, nodes):

@@ -26,7 +26,7 @@ from wearlab.life.coupled import (
 )
 from wearlab.life.loads.static import static_forces
 from wearlab.life.planets import PlanetsApart
-from wearlab.mesh import clock, contact, excitation, stiffness
+from wearlab.mesh import contact, excitation, stiffness
 from wearlab.mesh.force import Deflections, flank_forces
 from wearlab.wear.beyond import ContactsBeyond
 from wearlab.wear.law import PreparedLaw, wear_rate
@@ -356,17 +356,11 @@ class Coupling(OneCondition):
         rows = np.multiply(periods, len(kind.meshes))
         weight = np.repeat(1.0 / (len(responses) * rows), rows)
         motion = Deflections(
-            *(np.concatenate(values).ravel() for values in zip(*motions, strict=True))
+            *(np.concatenate(values)[:, 0] for values in zip(*motions, strict=True))
         )
         dashpot = dashpot_of(responses[0].system, int(kind.meshes[0]))
-        acting = flank_forces(
-            flanks,
-            clock.concatenate([where] * len(weight)),
-            motion,
-            dashpot,
-            vibration.period,
-        )
-        pair = acting.pair_normal.reshape(len(weight), len(where.phase), -1)
+        acting = flank_forces(flanks, where, motion, dashpot, vibration.period)
+        pair = acting.pair_normal
         return loads.Forces(weight, pair.sum(axis=-1), pair, tuple(periods))
 
 

@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from wearlab.arrays import Array, Index
+from wearlab.compiled import jit
 from wearlab.mesh import harmonics, stages
 from wearlab.mesh.profile import (
     SAME_PHASE,
@@ -72,20 +73,38 @@ class StepLookup(NamedTuple):
     where: Lookup
     number: Index
 
-    def by_mesh(self, values: Array, stages: int) -> Array:
-        """Return values at the phases looked up as those of all meshes.
+    def write(self, values: Array, table: Array, meshes: Index) -> None:
+        """Write values at the phases looked up into the table of all meshes of a set.
 
         Parameters
         ----------
-        values : (n_looked_up · stages, …)
-        stages : phases of a step
-
-        Returns
-        -------
-        (n, stages, n_meshes, …)
+        values : (n_looked_up · stages[, …]); what they have of further axes, two at
+            most, the table has as long or longer
+        table : (n, stages, n_mesh[, …])
+        meshes : numbers of these meshes in the set
         """
-        of_steps = values.reshape(-1, stages, *values.shape[1:])
-        return np.moveaxis(of_steps[self.number], 0, 2)
+        stages = table.shape[1]
+        wide = (1, 1, *values.shape[1:])[-2:]
+        table_wide = (1, 1, *table.shape[3:])[-2:]
+        _fill_meshes(
+            values.reshape(-1, stages, *wide),
+            self.number,
+            meshes,
+            table.reshape(*table.shape[:3], *table_wide),
+        )
+
+    def within(self, grid: ProfileGrid, fractions: Array) -> "StepLookup":
+        """Return the look-up of the same steps at fractions of them.
+
+        Parameters
+        ----------
+        grid : nodes of the kind
+        fractions : (k,) of a step [1]
+        """
+        start, _, end = self.where.phase.reshape(-1, 3).T
+        phases = start[:, None] + (end - start)[:, None] * fractions
+        segment = np.repeat(self.where.segment[::3], len(fractions))
+        return StepLookup(lookup(grid, phases, segment), self.number)
 
     def each_once(self, stages: int) -> "StepLookup":
         """Return the look-up in which steps that are alike stand once.
@@ -111,6 +130,21 @@ class StepLookup(NamedTuple):
             weight=where.weight[kept],
         )
         return StepLookup(once, same.ravel()[self.number])
+
+
+@jit(counted=False)
+def _fill_meshes(values: Array, number: Index, meshes: Index, table: Array) -> None:
+    """Fill (n, stages, n_mesh, rows, columns) from (n_looked_up, stages, …) values."""
+    n_meshes, n = number.shape
+    _, stages, rows, columns = values.shape
+    for step in range(n):
+        for stage in range(stages):
+            for m in range(n_meshes):
+                place = table[step, stage, meshes[m]]
+                value = values[number[m, step], stage]
+                for row in range(rows):
+                    for column in range(columns):
+                        place[row, column] = value[row, column]
 
 
 def of_kind(meshes: Sequence[Mesh], kind: int) -> Index:
@@ -311,14 +345,15 @@ def sampling(
 
     for kind, (nodes, lookups) in enumerate(zip(grids, where, strict=True)):
         position = interpolate(nodes, lookups.where, nodes.contact_position, np.nan)
-        s = lookups.by_mesh(position, stages)
+        s = position.reshape(-1, stages, nodes.n_pairs)
 
         # sliding turns at the pitch point, where steps end: within a step it has the
         # sense of its middle stage
         sense = np.broadcast_to(np.sign(s[:, 1:2]), s.shape)
         factor = friction.coefficient * np.nan_to_num(sense)
-        place = np.s_[:, :, of_kind(meshes, kind), : nodes.n_pairs]
-        sliding[place] = factor
-        moment[place] = factor * friction.sense[kind] * np.nan_to_num(s)
+        lever = factor * friction.sense[kind] * np.nan_to_num(s)
+        numbers = of_kind(meshes, kind)
+        lookups.write(factor.reshape(-1, nodes.n_pairs), sliding, numbers)
+        lookups.write(lever.reshape(-1, nodes.n_pairs), moment, numbers)
 
     return Sampling(grid, edges, meshes, where, sliding, moment)

@@ -14,6 +14,7 @@ import numpy as np
 from wearlab.arrays import Array, Index
 from wearlab.mesh import clock, contact, harmonics, profile
 from wearlab.mesh.face.contact import FaceFlanks
+from wearlab.mesh.springs import springs_of_pairs
 from wearlab.mesh.stages import Springs, StageTables
 
 Curve = harmonics.Harmonics | harmonics.Modulation
@@ -144,22 +145,16 @@ def of_meshes(
 
     for kind, springs in enumerate(of_kinds):
         numbers = clock.of_kind(meshes, kind)
-        n_pairs = springs.stiffness.shape[-1]
-
-        def placed(values: Array, lookup: clock.StepLookup = at[kind]) -> Array:
-            """Return values of a kind as (*shape, n_meshes, …)."""
-            return lookup.by_mesh(values, shape[-1])
-
-        table.stiffness[..., numbers, :n_pairs] = placed(springs.stiffness)
-        table.gap[..., numbers, :n_pairs] = placed(springs.gap)
-        table.pair_rate[..., numbers, :n_pairs] = placed(springs.pair_rate)
-        table.lead_rate[..., numbers] = placed(springs.lead_rate)
+        at[kind].write(springs.stiffness, table.stiffness, numbers)
+        at[kind].write(springs.gap, table.gap, numbers)
+        at[kind].write(springs.pair_rate, table.pair_rate, numbers)
+        at[kind].write(springs.lead_rate, table.lead_rate, numbers)
         if table.part is not None:
+            n, n_pairs = springs.stiffness.shape
             part = springs.part
             if part is None:
-                to_itself = (*springs.stiffness.shape, n_pairs)
-                part = np.broadcast_to(np.eye(n_pairs), to_itself)
-            table.part[..., numbers, :n_pairs, :n_pairs] = placed(part)
+                part = np.tile(np.eye(n_pairs), (n, 1, 1))
+            at[kind].write(part, table.part, numbers)
     return table
 
 
@@ -179,33 +174,6 @@ def _empty_table(of_kinds: Sequence[Springs], shape: tuple[int, ...]) -> Springs
     )
 
 
-def gap_rates(flanks: MeshFlanks, where: profile.Lookup) -> Array:
-    """Return the rates of gaps by phase, 0 out of the path, (n, n_pairs) [m].
-
-    Parameters
-    ----------
-    flanks : of the mesh
-    where : the phases
-    """
-    grid = flanks.analysis.grid
-    pairs = grid.pairs_at_phase_nodes
-    count = grid.intervals + 1
-    begin = np.cumsum(count) - count
-    gap = np.where(pairs >= 0, flanks.nodes.gap[pairs], 0.0)
-    first = begin[where.segment] + where.offset
-    intervals_per_phase = grid.intervals / np.diff(grid.breaks)
-    with np.errstate(invalid="ignore"):
-        # flanks that never meet have infinite gaps
-        slopes = []
-        for low, n_nodes in zip(begin, count, strict=True):
-            segment = gap[low : low + n_nodes]
-            slopes.append(profile.slopes(segment, profile.BY_CUBIC))
-        density = np.repeat(intervals_per_phase, count)[:, None]
-        rate = np.concatenate(slopes) * density
-        total = sum(where.weight[:, q, None] * rate[first + q] for q in range(4))
-    return np.where(np.isfinite(total), total, 0.0)
-
-
 def pair_springs(flanks: Flanks, where: profile.Lookup, stages: int = 1) -> Springs:
     """Return the springs of a kind of mesh at phases, (n, n_pairs).
 
@@ -220,26 +188,11 @@ def pair_springs(flanks: Flanks, where: profile.Lookup, stages: int = 1) -> Spri
     """
     if isinstance(flanks, FaceFlanks):
         return flanks.springs(where.phase)
-    if flanks.series is not None:
-        stiffness = flanks.series.stiffness.value(where.phase)[:, None]
-        zeros = np.zeros_like(stiffness)
-        return Springs(stiffness, zeros, zeros, zeros[:, 0], None)
-
-    compliance, gap, cross = flanks.analysis.at(flanks.nodes, where)
-    stiffness, level, part_stiffness = contact.equivalent_springs(
-        compliance, gap, cross, stages
-    )
-    part = None
-    if cross.shape[2]:
-        full = stiffness[:, :, None]
-        part = np.zeros_like(part_stiffness)
-        np.divide(part_stiffness, full, out=part, where=full > 0.0)
-
-    rates = gap_rates(flanks, where)
-    gap_in_path = np.where(np.isfinite(compliance), gap, np.inf)
-    leading = gap_in_path.argmin(axis=1)[:, None]
-    lead_rate = np.take_along_axis(rates, leading, axis=1)[:, 0]
-    return Springs(stiffness, level, rates, lead_rate, part)
+    if flanks.series is None:
+        return springs_of_pairs(flanks.analysis, flanks.nodes, where, stages)
+    stiffness = flanks.series.stiffness.value(where.phase)[:, None]
+    zeros = np.zeros_like(stiffness)
+    return Springs(stiffness, zeros, zeros, zeros[:, 0], None)
 
 
 class Between(NamedTuple):
@@ -257,18 +210,21 @@ class Between(NamedTuple):
     sampling: clock.Sampling
     slow: Array | None = None
 
-    def errors_at(self, step: Index, fraction: Array) -> tuple[Array, Array]:
+    def errors_at(
+        self, step: Index, fraction: Array, meshes: slice = slice(None)
+    ) -> tuple[Array, Array]:
         """Return errors and their rates by phase within steps, (n, n_mesh) [m].
 
         Parameters
         ----------
         step : (n,) numbers of steps
         fraction : (n,) of the step that has passed [1]
+        meshes : which of the meshes
         """
         phase = self._phase(step, fraction)
-        error, rate = errors_of(self.kinds, self.sampling.meshes, phase)
+        error, rate = errors_of(self.kinds, self.sampling.meshes[meshes], phase)
         if self.slow is not None:
-            error = error + self.slow
+            error = error + self.slow[meshes]
         return error, rate
 
     def springs_at(self, step: Index, fraction: Array) -> Springs:
@@ -293,6 +249,22 @@ class Between(NamedTuple):
         where = clock.locate_kinds_within_steps(grids, meshes, phases, middle)
         springs = of_meshes(self.kinds, meshes, where, phases.shape)
         return springs.each(lambda table: table[:, 0])
+
+    def springs_within(self, fractions: Array) -> Springs:
+        """Return the springs of meshes in every step, (n_steps, k, n_mesh, n_pairs).
+
+        Pairs that share a gear body have the order of engagement of the middle one.
+
+        Parameters
+        ----------
+        fractions : (k,) of a step, their middle one 0.5 [1]
+        """
+        where = [
+            steps.within(flanks.analysis.grid, fractions)
+            for flanks, steps in zip(self.kinds, self.sampling.where, strict=True)
+        ]
+        shape = len(self.sampling.grid.width), len(fractions)
+        return of_meshes(self.kinds, self.sampling.meshes, where, shape)
 
     @property
     def _pairs_share_a_body(self) -> bool:

@@ -82,13 +82,19 @@ class _Layout(NamedTuple):
 
     def of_springs(self, values: Array | float, *last: int) -> Array:
         """Return values of all springs, (count, *last)."""
-        wide = np.broadcast_to(values, (*self.spring_shape, *last))
-        return np.array(wide, float, order="C").reshape(self.n_springs, *last)
+        wide = _as_wide_as(values, (*self.spring_shape, *last))
+        return wide.reshape(self.n_springs, *last)
 
     def of_motions(self, values: Array) -> Array:
         """Return values of all motions, (n_motions, count)."""
-        wide = np.broadcast_to(values, self.shape)
-        return np.array(wide, float, order="C").reshape(-1, self.n_springs)
+        return _as_wide_as(values, self.shape).reshape(-1, self.n_springs)
+
+
+def _as_wide_as(values: Array | float, shape: tuple[int, ...]) -> Array:
+    """Return values in one piece of a shape, as they are where they have it."""
+    if np.shape(values) != shape:
+        values = np.array(np.broadcast_to(values, shape))
+    return np.ascontiguousarray(values, float)
 
 
 def _layout(springs: stages.Springs, motion: Deflections) -> _Layout:
@@ -141,16 +147,23 @@ def normal_forces(
     shape = motions.deflection.shape
     values = np.empty((3, *shape))
     of_pairs = np.empty((2, *shape, pairs))
-    _fill_forces(flat_springs, motions, flat_dashpot, meshes, values, of_pairs)
+    scratch = np.empty((3, pairs))
+    _fill_forces(flat_springs, motions, flat_dashpot, meshes, scratch, values, of_pairs)
 
     elastic, normal, reserve = values.reshape(3, *layout.shape)
     pair, pair_normal = of_pairs.reshape(2, *layout.shape, pairs)
     return NormalForces(elastic, normal, pair, pair_normal, reserve)
 
 
-@jit
+@jit(counted=False)
 def _fill_forces(
-    springs: Any, motions: Any, dashpot: Any, meshes: int, values: Any, of_pairs: Any
+    springs: Any,
+    motions: Any,
+    dashpot: Any,
+    meshes: int,
+    scratch: Any,
+    values: Any,
+    of_pairs: Any,
 ) -> None:
     """Fill the forces of n meshes in m motions.
 
@@ -158,14 +171,15 @@ def _fill_forces(
     ----------
     springs, motions, dashpot : of shape (n, …), (m, n) and (n,)
     meshes : of the damping law; they take turns among the n
+    scratch : (3, n_pairs)
     values : (3, m, n) filled with elastic force, normal force and reserve [N]
     of_pairs : (2, m, n, n_pairs) filled with elastic and normal force [N]
     """
     n_motions, n_meshes = motions.deflection.shape
     pairs = springs.stiffness.shape[1]
-    spring_force = np.empty(pairs)
-    tangent = np.empty(pairs)
-    pair_stiffness = np.empty(pairs)
+    spring_force = scratch[0]
+    tangent = scratch[1]
+    pair_stiffness = scratch[2]
 
     for i in range(n_motions):
         for j in range(n_meshes):
@@ -210,7 +224,7 @@ def _fill_forces(
             values[2, i, j] = strongest if reserve == -np.inf else reserve
 
 
-@jit_inner
+@jit_inner(counted=False)
 def _sum(values):  # type: ignore[no-untyped-def]
     """Return the sum of values, one after another."""
     total = 0.0
@@ -219,7 +233,7 @@ def _sum(values):  # type: ignore[no-untyped-def]
     return total
 
 
-@jit_inner
+@jit_inner(counted=False)
 def _fill_springs(  # type: ignore[no-untyped-def]
     stiffness, gap, deflection, force, tangent
 ):
@@ -249,7 +263,7 @@ def _fill_springs(  # type: ignore[no-untyped-def]
     return whole, strongest, least_clearance, nearest
 
 
-@jit_inner
+@jit_inner(counted=False)
 def _fill_pairs(  # type: ignore[no-untyped-def]
     part, j, force, tangent, pair, pair_stiffness
 ):
@@ -273,7 +287,7 @@ def _fill_pairs(  # type: ignore[no-untyped-def]
     return total
 
 
-@jit_inner
+@jit_inner(counted=False)
 def _press_pairs(  # type: ignore[no-untyped-def]
     law,
     mesh,
@@ -308,7 +322,7 @@ def _press_pairs(  # type: ignore[no-untyped-def]
     return reserve
 
 
-@jit_inner
+@jit_inner(counted=False)
 def _back_forces(  # type: ignore[no-untyped-def]
     dashpot, j, mesh, deflection, rate, whole
 ):
@@ -327,7 +341,7 @@ def _back_forces(  # type: ignore[no-untyped-def]
     return elastic, normal
 
 
-@jit_inner
+@jit_inner(counted=False)
 def _press_back(  # type: ignore[no-untyped-def]
     law, mesh, damping, rate, whole, clearance, elastic
 ):

@@ -43,11 +43,16 @@ class Waves:
 
     def value(self, phase: Array) -> Array:
         """Evaluate at phases (…) [1]."""
-        return np.sin(self._angle(phase)) @ self.amplitude
+        if not len(self.order):
+            return np.zeros(np.shape(phase))
+        return np.asarray(np.sin(self._angle(phase)) @ self.amplitude)
 
     def rate(self, phase: Array) -> Array:
         """Evaluate d/dφ at phases (…)."""
-        return np.cos(self._angle(phase)) @ (2 * np.pi * self.order * self.amplitude)
+        if not len(self.order):
+            return np.zeros(np.shape(phase))
+        slope = 2 * np.pi * self.order * self.amplitude
+        return np.asarray(np.cos(self._angle(phase)) @ slope)
 
     def _angle(self, phase: Array) -> Array:
         return np.asarray(2 * np.pi * np.multiply.outer(phase, self.order) + self.phase)

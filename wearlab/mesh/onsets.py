@@ -11,8 +11,9 @@ import numpy as np
 from numpy.polynomial.legendre import leggauss
 
 from wearlab.arrays import Array, Flags, Index
-from wearlab.mesh.contact import ROUNDED, ContactAnalysis, Nodes, Quasistatic
+from wearlab.mesh.contact import ContactAnalysis, Nodes, Quasistatic
 from wearlab.mesh.profile import Lookup, lookup
+from wearlab.mesh.sharing import ROUNDED
 
 GAUSS = leggauss(3)
 """Places and weights between neighbouring nodes and onsets, on [−1, 1] [1]."""

@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from wearlab.arrays import Array, Flags, Index
-from wearlab.compiled import jit
+from wearlab.compiled import jit, jit_inner
 from wearlab.gears.gear import GearPair
 
 SAME_PHASE = 1e-9
@@ -490,31 +490,37 @@ def cubic_weights(t: Array) -> Array:
     return np.stack([of_0, of_1, of_2, of_3], axis=1)
 
 
-def slopes(values: Array, at_end: Array) -> Array:
-    """Return the slopes at equally spaced nodes (n, …), per spacing.
+@jit_inner(counted=False)
+def slope_at(values, first, last, node, at_end):  # type: ignore[no-untyped-def]
+    """Return the slope at one of the equally spaced nodes of a segment, per spacing.
 
-    Central differences of fourth order, at the ends those of a polynomial: slopes that
+    A central difference of fourth order, at the ends that of a polynomial: slopes that
     are interpolated between the nodes do not jump at them.
 
     Parameters
     ----------
-    values : at the nodes of a smooth segment, five or more
+    values : at the nodes
+    first, last : nodes of a smooth segment, five or more
+    node : one of them
     at_end : `BY_CUBIC` or `BY_QUARTIC`
 
     References
     ----------
     Abramowitz & Stegun, Handbook of Mathematical Functions, 1964, 25.2.
     """
-    slope = np.empty_like(values)
-    far_behind = values[:-4]
-    behind = values[1:-3]
-    ahead = values[3:-1]
-    far_ahead = values[4:]
-    slope[2:-2] = (far_behind - 8.0 * behind + 8.0 * ahead - far_ahead) / 12.0
-
-    n_used = at_end.shape[1]
-    slope[:2] = np.tensordot(at_end, values[:n_used], axes=1)
-    slope[:-3:-1] = -np.tensordot(at_end, values[: -n_used - 1 : -1], axes=1)
+    from_first = node - first
+    from_last = last - node
+    slope = 0.0
+    if from_first < 2:
+        for i in range(at_end.shape[1]):
+            slope += at_end[from_first, i] * values[first + i]
+    elif from_last < 2:
+        for i in range(at_end.shape[1]):
+            slope -= at_end[from_last, i] * values[last - i]
+    else:
+        near = values[node + 1] - values[node - 1]
+        far = values[node + 2] - values[node - 2]
+        slope = (8.0 * near - far) / 12.0
     return slope
 
 

@@ -109,7 +109,7 @@ class StageTables(NamedTuple):
         [1]; None: springs are pairs
 
     Where pairs share a gear body, the springs are those of
-    :func:`wearlab.mesh.contact.equivalent_springs`.
+    :func:`wearlab.mesh.springs.equivalent_springs`.
     """
 
     width: Array
@@ -152,16 +152,19 @@ class StageTables(NamedTuple):
         part = self.part if self.part is not None and len(self.part) else None
         return Springs(full.stiffness, full.gap, full.pair_rate, full.lead_rate, part)
 
-    def errors_at(self, step: Index, fraction: Array) -> tuple[Array, Array]:
+    def errors_at(
+        self, step: Index, fraction: Array, meshes: slice = slice(None)
+    ) -> tuple[Array, Array]:
         """Return errors and their rates by phase within steps, (n, n_mesh) [m].
 
         Parameters
         ----------
         step : (n,) numbers of steps
         fraction : (n,) of the step that has passed [1]
+        meshes : which of the meshes
         """
-        error = parabola(self.error, step, fraction)
-        rate = parabola(self.error_rate, step, fraction)
+        error = parabola(self.error[..., meshes], step, fraction)
+        rate = parabola(self.error_rate[..., meshes], step, fraction)
         return error, rate
 
     def springs_at(self, step: Index, fraction: Array) -> Springs:
@@ -174,6 +177,18 @@ class StageTables(NamedTuple):
         """
         return self.springs.each(lambda table: parabola(table, step, fraction))
 
+    def springs_within(self, fractions: Array) -> Springs:
+        """Return the springs in every step, (n_steps, k, n_mesh, n_pairs), likewise.
+
+        Parameters
+        ----------
+        fractions : (k,) of a step [1]
+        """
+        weights = parabola_weights(fractions)
+        return self.springs.each(
+            lambda table: np.einsum("ik,ni...->nk...", weights, table)
+        )
+
 
 def parabola(table: Array, step: Index, fraction: Array) -> Array:
     """Return values within steps, by the parabola through three stages, (n, …).
@@ -184,10 +199,19 @@ def parabola(table: Array, step: Index, fraction: Array) -> Array:
     step : (n,) numbers of steps
     fraction : (n,) of the step that has passed [1]
     """
+    return np.einsum("in,ni...->n...", parabola_weights(fraction), table[step])
+
+
+def parabola_weights(fraction: Array) -> Array:
+    """Return the weights of a step's three stages in values within it, (3, n) [1].
+
+    Parameters
+    ----------
+    fraction : (n,) of the step that has passed [1]
+    """
     x = fraction
     y = 1.0 - fraction
-    weights = np.array([y * (y - x), 4.0 * x * y, x * (x - y)])
-    return np.einsum("in,ni...->n...", weights, table[step])
+    return np.array([y * (y - x), 4.0 * x * y, x * (x - y)])
 
 
 def stage_grid(breaks: Array, steps: int, multiple: int = 2) -> StageGrid:

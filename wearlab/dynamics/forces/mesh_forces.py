@@ -20,9 +20,17 @@ import numpy as np
 from numpy.polynomial import Legendre
 
 from wearlab.arrays import Array, Index
-from wearlab.dynamics.steady.response import Response, acceleration, forces_at, place_of
+from wearlab.dynamics.steady.response import (
+    Response,
+    acceleration,
+    dashpot_of,
+    forces_at,
+    motion_at,
+    place_of,
+)
 from wearlab.gears.gear import GearPair
 from wearlab.mesh import excitation, force, gear_set, profile, stages
+from wearlab.mesh.force import Deflections
 
 NODES = 4
 """Nodes within a step, its ends among them."""
@@ -341,18 +349,21 @@ def forces_within(response: Response, x: Array, periods: slice = slice(None)) ->
     Parameters
     ----------
     response : the response
-    x : (n,) fractions of a step [1]
+    x : (n,) fractions of a step, their middle one 0.5 [1]
     periods : which of them
     """
     steps = len(response.tables.width)
-    step = np.tile(np.arange(steps), len(x))
-    fraction = np.repeat(x, steps)
+    step = np.repeat(np.arange(steps), len(x))
+    motion = motion_at(response, step, np.tile(x, steps), periods)
 
     def by_step(values: Array) -> Array:
-        return values.reshape(len(values), len(x), steps, *values.shape[2:])
+        return values.reshape(len(values), steps, len(x), -1)
 
-    forces = forces_at(response, step, fraction, periods)
-    return Forces(*map(by_step, forces))
+    springs = response.within.springs_within(x).per(response.mesh_period)
+    forces = force.normal_forces(
+        springs, Deflections(*map(by_step, motion)), dashpot_of(response.system)
+    )
+    return Forces(*(values.swapaxes(1, 2) for values in forces))
 
 
 def nearest(elastic: Array) -> Iterator[tuple[int, Index, Array]]:

@@ -83,12 +83,18 @@ def path(position: Array, velocity: Array, acceleration: Array, length: Array) -
 class Within(Protocol):
     """The meshes anywhere within steps (n,), at fractions of them."""
 
-    def errors_at(self, step: Index, fraction: Array) -> tuple[Array, Array]:
+    def errors_at(
+        self, step: Index, fraction: Array, meshes: slice = ALL
+    ) -> tuple[Array, Array]:
         """Return prescribed errors and their rates by phase, (n, n_mesh) [m]."""
         ...
 
     def springs_at(self, step: Index, fraction: Array) -> Springs:
         """Return the springs of all meshes, (n, n_mesh, n_pairs)."""
+        ...
+
+    def springs_within(self, fractions: Array) -> Springs:
+        """Return the springs in every step, (n_steps, k, n_mesh, n_pairs)."""
         ...
 
 
@@ -193,18 +199,27 @@ class Response:
     @cached_property
     def motion(self) -> Path:
         """The coordinates within the steps."""
-        n = len(self.system.load)
-        position = self.state[..., :n]
-        velocity = self.state[..., n:]
+        position, velocity = np.split(self.state, 2, axis=-1)
         length = self.tables.width * self.mesh_period
-        return path(position, velocity, accelerations(self), length)
+        return path(position, velocity, self.acceleration, length)
 
     @cached_property
     def approach(self) -> Path:
         """The projections d·q of the meshes within the steps."""
-        return self.motion._replace(
-            coefficient=self.motion.coefficient @ self.system.direction.T
+        position, velocity = np.split(self.state, 2, axis=-1)
+        along = self.system.direction.T
+        length = self.tables.width * self.mesh_period
+        return path(
+            product(position, along),
+            product(velocity, along),
+            product(self.acceleration, along),
+            length,
         )
+
+    @cached_property
+    def acceleration(self) -> Array:
+        """Accelerations q̈ at both ends of steps, (n_kept, n_steps, 2, n) [m/s²]."""
+        return accelerations(self)
 
 
 def split_periods(path: Array, periods: int) -> Array:
@@ -327,9 +342,8 @@ def motion_at(
     approach = response.approach
     approach = approach._replace(coefficient=approach.coefficient[:, kept, :, meshes])
     place, speed = approach.at(step, fraction)
-    error, slope = response.within.errors_at(step, fraction)
-    error_rate = slope[:, meshes] / response.mesh_period
-    return Deflections(place - error[:, meshes], speed - error_rate)
+    error, slope = response.within.errors_at(step, fraction, meshes)
+    return Deflections(place - error, speed - slope / response.mesh_period)
 
 
 def forces_at(
@@ -350,6 +364,17 @@ def forces_at(
     return normal_forces(springs, motion, dashpot_of(response.system))
 
 
+def product(vectors: Array, matrix: Array) -> Array:
+    """Return vectors (…, n) times a matrix (n, m), (…, m), as one product of matrices.
+
+    Parameters
+    ----------
+    vectors, matrix : NumPy multiplies each vector of a longer array by itself
+    """
+    flat = vectors.reshape(-1, vectors.shape[-1])
+    return np.asarray(flat @ matrix).reshape(*vectors.shape[:-1], matrix.shape[1])
+
+
 def at_ends(table: Array) -> Array:
     """Return a table at the start and the end of every step, (n_steps, 2, …).
 
@@ -357,14 +382,18 @@ def at_ends(table: Array) -> Array:
     ----------
     table : (n_steps, 3, …) at the stages
     """
-    return table[:, [0, 2]]
+    return table[:, ::2]
 
 
 def states_at_ends(response: Response) -> tuple[Array, Array]:
     """Return q and q̇ at both ends of every step, (n_kept, n_steps, 2, n) each."""
-    ends = np.stack([response.state[:, :-1], response.state[:, 1:]], axis=2)
-    n = ends.shape[-1] // 2
-    return ends[..., :n], ends[..., n:]
+    q, v = np.split(response.state, 2, axis=-1)
+    return _both_ends(q), _both_ends(v)
+
+
+def _both_ends(states: Array) -> Array:
+    """Return states (n_kept, n_steps + 1, n) by steps, (n_kept, n_steps, 2, n)."""
+    return np.stack([states[:, :-1], states[:, 1:]], axis=2)
 
 
 def step_forces(response: Response) -> NormalForces:
@@ -378,10 +407,10 @@ def step_forces(response: Response) -> NormalForces:
     period = response.mesh_period
     direction = response.system.direction
     q, v = states_at_ends(response)
-    deflection = q @ direction.T - at_ends(tables.error)
-    rate = v @ direction.T - at_ends(tables.error_rate) / period
+    deflection = product(q, direction.T) - at_ends(tables.error)
+    rate = product(v, direction.T) - at_ends(tables.error_rate) / period
     motion = Deflections(deflection, rate)
-    springs = tables.springs.per(period).each(at_ends)
+    springs = tables.springs.each(at_ends).per(period)
     return normal_forces(springs, motion, dashpot_of(response.system))
 
 
@@ -440,6 +469,7 @@ def acceleration(
         )
     if system.fluctuation_direction is not None and tables.fluctuation is not None:
         load = load + at(tables.fluctuation)[..., None] * system.fluctuation_direction
-    load = load - q @ system.total_stiffness.T - v @ system.total_damping.T
-    flat = np.linalg.solve(system.mass, load.reshape(-1, q.shape[-1]).T)
-    return np.ascontiguousarray(flat.T).reshape(q.shape)
+    load = load - product(q, system.total_stiffness.T)
+    load = load - product(v, system.total_damping.T)
+    inverse = np.asarray(np.linalg.inv(system.mass), dtype=np.float64)
+    return product(load, inverse.T)

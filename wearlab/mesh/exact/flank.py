@@ -30,7 +30,7 @@ from wearlab.arrays import Array, Index
 from wearlab.compiled import jit
 from wearlab.gears.gear import DRIVING, GearPair
 from wearlab.gears.shifts import involute
-from wearlab.mesh.profile import BY_QUARTIC, ProfileGrid
+from wearlab.mesh.profile import BY_QUARTIC, ProfileGrid, slope_at
 from wearlab.mesh.stiffness import SectionVanished
 
 
@@ -251,7 +251,7 @@ def worn_flank(layout: FlankLayout, depth: Array) -> Flank:
 def _fill_slopes(
     shift: Array, runs: Index, spacing: Array, interval: int, slope: Array
 ) -> None:
-    """Fill dw/ds at both ends of the intervals of all runs, see `profile.slopes`.
+    """Fill dw/ds at both ends of the intervals of all runs, see `slope_at`.
 
     Parameters
     ----------
@@ -264,23 +264,12 @@ def _fill_slopes(
         first = runs[run, 0]
         last = runs[run, 1] - 1
         for node in range(first, last + 1):
-            from_begin = node - first
-            from_end = last - node
-            rise = 0.0
-            if from_begin < 2:
-                for i in range(5):
-                    rise += BY_QUARTIC[from_begin, i] * shift[first + i]
-            elif from_end < 2:
-                for i in range(5):
-                    rise -= BY_QUARTIC[from_end, i] * shift[last - i]
-            else:
-                near = shift[node + 1] - shift[node - 1]
-                far = shift[node + 2] - shift[node - 2]
-                rise = (8.0 * near - far) / 12.0
-            if from_end > 0:
-                slope[interval + from_begin, 0] = rise / spacing[run]
-            if from_begin > 0:
-                slope[interval + from_begin - 1, 1] = rise / spacing[run]
+            rise = slope_at(shift, first, last, node, BY_QUARTIC)
+            before = interval + node - first
+            if node < last:
+                slope[before, 0] = rise / spacing[run]
+            if node > first:
+                slope[before - 1, 1] = rise / spacing[run]
         interval += last - first
 
 

@@ -20,7 +20,7 @@ import numpy as np
 
 from wearlab.arrays import Array, Flags, Index
 from wearlab.compiled import jit, jit_inner
-from wearlab.mesh.contact import eliminate
+from wearlab.mesh.sharing import eliminate
 
 MAX_ITERATIONS = 80
 CONVERGED = 1e-11
