@@ -44,6 +44,8 @@ COLUMNS = (
     "reference",
     *(f"{name}_{what}" for name in QUANTITIES for what in ("error", "estimate")),
 )
+TEXTS = ("source", "kind", "motion", "friction", "face", "outcome", "quality")
+"""Columns of words; the others hold numbers."""
 SCORED = "scored"
 RUN, REFERENCE = "run", "reference"
 TRUSTED, DOUBTFUL = "trusted", "doubtful"
@@ -122,6 +124,7 @@ def _work(line: Connection) -> None:
     """
     from wearlab.simulation import simulate
 
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # who asked ends this process
     for scene in small_scenes():  # compiled before any clock runs
         simulate(scene)
     while True:
@@ -222,7 +225,7 @@ def read(file: Path) -> list[Row]:
 
 
 def _value(key: str, text: str) -> Any:
-    if key in ("source", "kind", "motion", "friction", "outcome", "quality"):
+    if key in TEXTS:
         return text
     return int(text) if key in ("seed", "scene") else float(text)
 

@@ -63,13 +63,13 @@ def main(words: list[str] | None = None) -> int:
         )
         if not rows:
             raise
+    tell_scores(asked, rows)
     attributes = {key: made_by[key] for key in KEPT if key in made_by}
     made = estimate_table.dataset(asked.seed, rows, attributes, begun)
     images = {DATASET: netcdf(made), FIGURE: scores_png(estimate_table.scores_of(rows))}
     for name, image in images.items():
         write_whole(out / name, image)
     files = [out / name for name in images]
-    tell_scores(asked, rows)
     for path in (out / TABLE, *files):
         say(str(path))
     missed = estimate_table.missed(rows)

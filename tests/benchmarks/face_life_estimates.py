@@ -13,6 +13,7 @@ the share of errors that their estimates cover, how large these are, and status 
 
 import argparse
 import csv
+import math
 import sys
 import time
 from pathlib import Path
@@ -45,6 +46,9 @@ FINE = {
 }
 """What the reference of a scene is run with; a scene of the default tolerance has 41
 slices and 101 nodes."""
+ROOT, RIM = 2.5, 6.5
+"""Modules by which the root of a ring lies outside its reference diameter, and its rim
+outside its root, in diameter."""
 MOVING = 0.2
 """Share of the pairs that vibrate."""
 SOLID = 0.25
@@ -63,18 +67,17 @@ def drawn(seed: int, number: int) -> Scene:
     module = 1e-3 * random.uniform(2.0, 8.0)
     over = random.uniform(4.0, 20.0)
     ring = 2 * z2 + z1 if kind == "planetary" else 2 * z2
-    rim = f"{1e3 * module * (ring + 9.0):.6g} mm"
     members: dict[str, Any] = {
         "external-pair": {"pinion": {"teeth": z1}, "gear": {"teeth": z2}},
         "internal-pair": {
             "pinion": {"teeth": z1},
-            "ring": {"teeth": ring, "rim_diameter": rim},
+            "ring": {"teeth": ring},
         },
         "planetary": {
             "planets": 3,
             "sun": {"teeth": z1},
             "planet": {"teeth": z2},
-            "ring": {"teeth": ring, "rim_diameter": rim},
+            "ring": {"teeth": ring},
         },
     }[kind]
     while kind == "planetary" and (z1 + ring) % 3:
@@ -95,8 +98,13 @@ def drawn(seed: int, number: int) -> Scene:
         "face_width": f"{1e3 * over * module:.6g} mm",
         **members,
     }
+    helix = 0.0
     if random.random() < 0.7:
-        gears["helix_angle"] = f"{random.uniform(3.0, 25.0):.4g} deg"
+        helix = random.uniform(3.0, 25.0)
+        gears["helix_angle"] = f"{helix:.4g} deg"
+    if "ring" in members:
+        root = module * (ring / math.cos(math.radians(helix)) + ROOT)
+        members["ring"]["rim_diameter"] = f"{1e3 * (root + RIM * module):.6g} mm"
     line = 10.0 ** random.uniform(4.6, 5.9)  # N/m
     torque = (
         line * over * module * 0.5 * module * z1 * (3.0 if kind == "planetary" else 1.0)

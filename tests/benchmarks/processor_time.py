@@ -38,19 +38,30 @@ def limit_work(longest: float) -> None:
 def bounded(longest: float) -> Iterator[None]:
     """Raise `OutOfTime` inside once it has used the processor for so long [s].
 
-    In the main thread alone.
+    In the main thread alone. What compiled code makes of it, a `SystemError`, is told
+    as `OutOfTime` too.
     """
     if not math.isfinite(longest):
         yield
         return
 
+    is_late = False
+
     def late(number: int, frame: FrameType | None) -> None:
+        nonlocal is_late
+        is_late = True
         raise OutOfTime
 
     before = signal.signal(signal.SIGXCPU, late)
     try:
         limit_work(longest)
         yield
+        if is_late:  # caught on the way
+            raise OutOfTime
+    except SystemError as error:
+        if not is_late:
+            raise
+        raise OutOfTime from error
     finally:
         limit_work(math.inf)
         signal.signal(signal.SIGXCPU, before)

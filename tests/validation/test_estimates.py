@@ -2,6 +2,7 @@
 computed twice, and what they promise.
 """
 
+import contextlib
 import math
 import multiprocessing
 import resource
@@ -18,6 +19,8 @@ from drawn_scenes import KINDS, draw_any, small_scenes
 from estimate_score import LESS_TIGHT, TIGHT, Apart, Score, reference_within, summary
 from processor_time import OutOfTime, bounded
 
+from wearlab.assembly import build
+
 
 def row(scene, outcome=estimate_rows.SCORED, kind="external-pair", **cells):
     said = {
@@ -26,6 +29,7 @@ def row(scene, outcome=estimate_rows.SCORED, kind="external-pair", **cells):
         "kind": kind,
         "motion": "torsional",
         "friction": "no",
+        "face": "no",
     }
     return {
         **said,
@@ -149,6 +153,14 @@ def test_a_quarter_is_internal_a_quarter_planetary_with_errors_a_quarter_has_a_f
     }
 
 
+@pytest.mark.parametrize("number", [10, 18, 52])
+def test_rings_that_are_drawn_have_their_rim_outside_their_root(number):
+    """Of oblique teeth the root lies further out than modules tell."""
+    scene = draw_any(985998, number)
+    assert scene.gears.helix_angle
+    build(scene.replace({"mesh.face_points": 5, "numerics.profile_points": 15}))
+
+
 def test_scenes_are_scored_kept_and_completed(tmp_path, monkeypatch, capsys):
     asked = []
 
@@ -214,6 +226,20 @@ def test_an_interruption_keeps_what_is_done(tmp_path, monkeypatch):
     assert estimate_rows.read(tmp_path / "t.csv")[0]["scene"] == 0
 
 
+def test_a_command_that_is_cut_off_prints_what_it_has(tmp_path, monkeypatch, capsys):
+    class Fake(estimate_rows.Worker):
+        def scored(self, seed, number, longest, reference):
+            if number == 2:
+                raise KeyboardInterrupt
+            return ROWS[number % 2] | {"scene": number}
+
+    monkeypatch.setattr(estimate_rows, "Worker", Fake)
+    estimates.main(["--seed", "5", "--scenes", "4", "--workers", "1", str(tmp_path)])
+    said = capsys.readouterr()
+    assert "cut off after 2 of 4 scenes" in said.err
+    assert "median of estimate over error" in said.out
+
+
 def test_time_is_that_of_the_processor_and_work_goes_on_after_it():
     for _ in range(2):
         with pytest.raises(OutOfTime), bounded(0.0):
@@ -225,6 +251,21 @@ def test_time_is_that_of_the_processor_and_work_goes_on_after_it():
         used == resource.RLIM_INFINITY
         and signal.getsignal(signal.SIGXCPU) == signal.SIG_DFL
     )
+
+
+def test_time_that_ends_inside_compiled_code_is_told_alike():
+    """Compiled code makes a SystemError of what interrupts it."""
+    with pytest.raises(OutOfTime), bounded(0.0):
+        try:
+            while True:
+                pass
+        except OutOfTime as late:
+            raise SystemError("returned a result with an exception set") from late
+    with pytest.raises(SystemError), bounded(100.0):
+        raise SystemError
+    with pytest.raises(OutOfTime), bounded(0.0), contextlib.suppress(OutOfTime):
+        while True:
+            pass
 
 
 def test_a_less_tight_reference_serves_where_the_tightest_takes_too_long(monkeypatch):
