@@ -128,6 +128,55 @@ def test_worn_faces_are_felt_by_their_patch_in_estimates_too():
     assert np.abs(pointwise.load - stored.load).max() > 1e-3 * stored.load.max()
 
 
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+def test_wear_that_is_off_makes_no_estimate_less(sense):
+    """What nodes and wear change may cancel, and tells no more of an error then."""
+    scene = {"operation": {"torque": "100 N*m", "speed": "1000 rpm"}, **SCENES["worn"]}
+    parts = build(Scene.from_mapping(scene))
+    rough = companion_runs.rough_parts(parts)
+    node = np.arange(2 * len(parts.kinds[0].analysis.grid.position))
+    wear = 5e-6 + 2e-6 * np.sin(0.05 * node).reshape(2, -1)
+    state = parts.coupling.evaluate((wear,))
+    (carried,) = companion_runs.carried_wear(parts, (wear,), rough)
+    further = np.linspace(0.0, 2e-7, carried.shape[1])
+    worse = rough.coupling.evaluate((carried + sense * further,))
+
+    without = period_errors(parts, state, rough)
+    beside = period_errors(parts, state, rough, worse=worse)
+    assert beside.stiffness >= without.stiffness
+    assert beside.transmission_error > 1.1 * without.transmission_error
+
+
+def test_half_the_nodes_of_a_set_that_are_its_own_tell_no_less():
+    """Layers take as many nodes however few are asked for: twice as many tell."""
+    gears = {
+        "kind": "planetary",
+        "module": "3 mm",
+        "face_width": "58 mm",
+        "planets": 3,
+        "sun": {"teeth": 23},
+        "planet": {"teeth": 76},
+        "ring": {"teeth": 175, "rim_diameter": "553 mm"},
+    }
+    scene = {
+        "gears": gears,
+        "operation": {"torque": "3000 N*m", "speed": "1000 rpm"},
+        "mesh": {
+            "misalignment": "-25 um",
+            "face_points": 11,
+            "stiffness": {"model": "potential-energy"},
+        },
+    }
+    run = simulate(Scene.from_mapping(scene))
+    finer = simulate(Scene.from_mapping({**scene, "numerics": {"profile_points": 400}}))
+    states = run.isel(update=-1), finer.isel(update=-1)
+    errors = [
+        float(abs(states[0][name] - states[1][name]).max())
+        for name in ("ste_max", "ste_peak_to_peak")
+    ]
+    assert max(errors) < float(states[0].error_estimate_transmission_error)
+
+
 def test_warm_flanks_are_not_compared_with_cold_ones():
     """Without a twin, nodes of the surroundings' temperature were taken for rougher."""
     parts = build(warm_pair(wear=None))

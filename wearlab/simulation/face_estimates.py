@@ -1,8 +1,8 @@
 """Estimates of the numerical error over the face.
 
 The first and the last state are evaluated once more with half the nodes and half the
-slices; what the wear rate changes by there, relative to the fastest, counts for all
-that was worn.
+slices, and the life is lived on these: what that changes of the rates and of what was
+worn counts. What a mesh period comes to is looked at on twice the nodes as well.
 """
 
 import numpy as np
@@ -11,12 +11,16 @@ from scipy.interpolate import RegularGridInterpolator
 from wearlab import assembly
 from wearlab.arrays import Array
 from wearlab.dynamics.forces.mesh_forces import extremes
+from wearlab.gears.specification import GearError
 from wearlab.life import coupled, history, limits
 from wearlab.mesh.face.grid import FaceGrid
 from wearlab.simulation import companion_runs, operating
 from wearlab.simulation.estimates import Estimates, steps_error
 from wearlab.simulation.face_period_estimates import (
+    Twin,
+    Twins,
     face_periods_along_life,
+    felt_wear,
     line_loads,
     static_loads,
 )
@@ -74,25 +78,17 @@ def estimated_over_face(
     if life is None:
         with first.coupling.account.timed("estimates"):
             rougher = [rougher_over_face(parts) for parts in stage.parts]
-            grids = _grids(first), _grids(rougher[0])
-            wear = _on_other_nodes(life_history.state[0], *grids)
-            rough_loads = [[static_loads(rough, wear)] for rough in rougher]
-            period = face_periods_along_life(
-                stage.parts, rougher, life_history, rough_loads
-            )
+            twins = _twins_of_unworn(stage, rougher, life_history.state[0])
+            period = face_periods_along_life(stage.parts, life_history, twins)
         return Estimates(None, None, None, period=period)
     ends = [life_history.state[0], life_history.state[-1]]
     with first.coupling.account.timed("estimates"):
         rougher = [rougher_over_face(parts) for parts in stage.parts]
         rough_ends = _on_rougher_nodes(stage, rougher, ends)
-        share = _share_of_depth(stage, rougher, life_history, rough_ends)
-        rough_loads = [
-            [line_loads(state.conditions[block]) for state in rough_ends]
-            for block in range(len(rougher))
-        ]
-        period = face_periods_along_life(
-            stage.parts, rougher, life_history, rough_loads
-        )
+        rough_wear = _worn_as_long(stage, rougher, rough_ends[0].wear, life_history)
+        share = _share_of_depth(stage, rougher, ends, rough_ends, rough_wear)
+        twins = _twins_of_ends(stage, rougher, ends, rough_ends, rough_wear)
+        period = face_periods_along_life(stage.parts, life_history, twins)
 
     force = None
     if ends[0].responses:
@@ -140,6 +136,88 @@ def _on_rougher_nodes(
     return rough
 
 
+def _twins_of_unworn(
+    stage: operating.OperatingCondition,
+    rougher: list[assembly.GearModel],
+    state: coupled.WearState,
+) -> list[list[Twins]]:
+    """Return the twins of a state that wears no further, in every condition."""
+    twins = []
+    for block, (parts, rough) in enumerate(zip(stage.parts, rougher, strict=True)):
+        rough_twin = _static_twin(rough, parts, state)
+        (finer,) = _finer_twins(parts, [state.conditions[block]])
+        twins.append([Twins(rough_twin, None, finer)])
+    return twins
+
+
+def _twins_of_ends(
+    stage: operating.OperatingCondition,
+    rougher: list[assembly.GearModel],
+    ends: list[coupled.WearState],
+    rough_ends: list[coupled.WearState],
+    rough_wear: coupled.Wear | None,
+) -> list[list[Twins]]:
+    """Return the twins of the first and the last state of a life, in every condition.
+
+    Parameters
+    ----------
+    stage : what runs, in all its conditions
+    rougher : its physics on half the slices and nodes
+    ends, rough_ends : the two states, and what they are on these
+    rough_wear : of the rougher life where the life ends; None: not known [m]
+    """
+    twins = []
+    for block, (parts, rough) in enumerate(zip(stage.parts, rougher, strict=True)):
+        finer_ends = _finer_twins(parts, [end.conditions[block] for end in ends])
+        first, last = (
+            Twins(Twin(rough, line_loads(rough_end.conditions[block])), None, finer)
+            for rough_end, finer in zip(rough_ends, finer_ends, strict=True)
+        )
+        if rough_wear is not None:
+            last = last._replace(lived=Twin(rough, static_loads(rough, rough_wear)))
+        twins.append([first, last])
+    return twins
+
+
+def _finer_twins(
+    parts: assembly.GearModel, states: list[coupled.WearState]
+) -> list[Twin | None]:
+    """Return states in one condition on twice the nodes, None where these cannot be.
+
+    What the mesh feels of the wear is carried there: to work out patches on so many
+    nodes takes longer than all else.
+    """
+    finer = companion_runs.rough_parts(parts, companion_runs.REFINED)
+    if finer is None:
+        return [None] * len(states)
+    try:
+        return [_felt_twin(finer, parts, state) for state in states]
+    except GearError:  # where no loads balance on these nodes
+        return [None] * len(states)
+
+
+def _felt_twin(
+    finer: assembly.GearModel, parts: assembly.GearModel, state: coupled.WearState
+) -> Twin:
+    """Return a state on finer nodes, worn by what it feels on its own."""
+    assert finer.face is not None
+    contacts = [kind.contact for kind in finer.face.kinds]
+    of_kinds = zip(contacts, felt_wear(state), _grids(parts), strict=True)
+    loads = [
+        contact.solve(moved(felt, grid, contact.grid))
+        for contact, felt, grid in of_kinds
+    ]
+    return Twin(finer, loads)
+
+
+def _static_twin(
+    other: assembly.GearModel, parts: assembly.GearModel, state: coupled.WearState
+) -> Twin:
+    """Return a state of some physics on the slices and nodes of other physics."""
+    wear = _on_other_nodes(state, _grids(parts), _grids(other))
+    return Twin(other, static_loads(other, wear))
+
+
 def _differences_of_forces(
     states: list[coupled.WearState], rough: list[coupled.WearState]
 ) -> list[float]:
@@ -167,8 +245,9 @@ def _grids(parts: assembly.GearModel) -> list[FaceGrid]:
 def _share_of_depth(
     stage: operating.OperatingCondition,
     rougher: list[assembly.GearModel],
-    life_history: history.History,
+    ends: list[coupled.WearState],
     rough_ends: list[coupled.WearState],
+    rough_wear: coupled.Wear | None,
 ) -> float:
     """Return the error of the deepest wear by slices and nodes, over what wore [1].
 
@@ -178,23 +257,21 @@ def _share_of_depth(
     ----------
     stage : what runs, in all its conditions
     rougher : its physics on half the slices and nodes
-    life_history : its life
-    rough_ends : the first and the last state of the life, on these
+    ends, rough_ends : the first and the last state of the life, and what they are on
+        these
+    rough_wear : of the rougher life where the life ends; None: not known [m]
     """
-    ends = [life_history.state[0], life_history.state[-1]]
     grids = _grids(stage.first)
     rough_grids = _grids(rougher[0])
     of_rates = [
         _difference_of_rates(state, twin, grids, rough_grids)
         for state, twin in zip(ends, rough_ends, strict=True)
     ]
-    rough_start = rough_ends[0].wear
-    rough_wear = _worn_as_long(stage, rougher, rough_start, life_history)
     if rough_wear is None:
         return WEIGHT * max(of_rates)
 
     grown = _grown(ends[0].wear, ends[1].wear)
-    rough_grown = _grown(rough_start, rough_wear)
+    rough_grown = _grown(rough_ends[0].wear, rough_wear)
     most = float(grown.max())
     if most <= 0.0:
         return 0.0

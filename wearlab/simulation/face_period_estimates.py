@@ -1,7 +1,12 @@
-"""Estimated errors of a mesh period where flanks have a width, from half the slices."""
+"""Estimated errors of a mesh period where flanks have a width.
+
+From half the slices and nodes, with the wear of a life on these, and from twice the
+nodes. Half the nodes of a helical face may end as near to E as its own, of which the
+error is of first order; half those of a spur set may be as many as its own.
+"""
 
 from collections.abc import Sequence
-from typing import cast
+from typing import NamedTuple, cast
 
 import numpy as np
 
@@ -18,6 +23,7 @@ from wearlab.simulation.dataset.face import (
 )
 from wearlab.simulation.period_estimates import (
     PeriodErrors,
+    PeriodNumbers,
     between_samples,
     period_numbers,
 )
@@ -25,6 +31,8 @@ from wearlab.simulation.period_estimates import (
 SHARE = 1.0
 """Weight of what half the slices and nodes change of stiffness and transmission error
 [1]."""
+FINER_SHARE = 2.0
+"""The same of twice the nodes, at first order [1]."""
 LOAD_FACTOR_SHARE = 2.0
 """The same of K_Hβ, which is of first order in the outermost slices [1]."""
 
@@ -33,63 +41,115 @@ WINDOWS = (1.0, 1.5)
 to fit one [1]."""
 
 
-def face_period_errors(
-    model: assembly.GearModel,
-    rough: assembly.GearModel,
-    loads: Sequence[LineLoads],
-    rough_loads: Sequence[LineLoads],
-) -> PeriodErrors:
+class Twin(NamedTuple):
+    """A state on other slices and nodes.
+
+    Parameters
+    ----------
+    model : the physics on these
+    loads : line loads of each kind of mesh
+    """
+
+    model: assembly.GearModel
+    loads: Sequence[LineLoads]
+
+    @property
+    def numbers(self) -> list[PeriodNumbers]:
+        """What a mesh period comes to, of each kind of mesh."""
+        return [
+            period_numbers(contact_over_period(contact, lines), self.model.harmonics)
+            for contact, lines in zip(_contacts(self.model), self.loads, strict=True)
+        ]
+
+
+class Twins(NamedTuple):
+    """Twins of one state.
+
+    Parameters
+    ----------
+    rough : on half the slices and nodes
+    lived : the same, worn as these wear; None: as the state
+    finer : on twice the nodes, None where these cannot be
+    """
+
+    rough: Twin
+    lived: Twin | None
+    finer: Twin | None
+
+
+def face_period_errors(own: Twin, twins: Twins) -> PeriodErrors:
     """Return the errors of one state, the largest over the kinds of mesh.
 
     Parameters
     ----------
-    model, rough : the physics, and that on half the slices and nodes
-    loads, rough_loads : line loads of each kind of mesh in the state, by either
+    own : the state itself
+    twins : its twins
     """
-    errors = [np.zeros(3)]
-    of_kinds = zip(_contacts(model), _contacts(rough), loads, rough_loads, strict=True)
+    numbers = own.numbers
+    by_nodes = _apart(numbers, twins.rough.numbers)
+    if twins.lived is not None:
+        by_wear = _apart(twins.rough.numbers, twins.lived.numbers)
+        by_nodes = [
+            one.plus(other) for one, other in zip(by_nodes, by_wear, strict=True)
+        ]
+    of_period = [SHARE * errors.largest for errors in by_nodes]
+    if twins.finer is not None:
+        by_finer = _apart(numbers, twins.finer.numbers)
+        of_period += [FINER_SHARE * errors.largest for errors in by_finer]
+    stiffness, transmission_error = np.max(of_period, axis=0)
+    return PeriodErrors(stiffness, transmission_error, _of_factor(own, twins.rough))
+
+
+def _apart(
+    numbers: list[PeriodNumbers], others: list[PeriodNumbers]
+) -> list[PeriodNumbers]:
+    """Return by how much numbers of each kind of mesh differ."""
+    of_kinds = zip(numbers, others, strict=True)
+    return [one.differ(other) for one, other in of_kinds]
+
+
+def _of_factor(own: Twin, rough: Twin) -> float:
+    """Return the error of K_Hβ, the largest over the kinds of mesh [1]."""
+    errors = [0.0]
+    of_kinds = zip(
+        _contacts(own.model),
+        _contacts(rough.model),
+        own.loads,
+        rough.loads,
+        strict=True,
+    )
     for contact, rough_contact, lines, rough_lines in of_kinds:
-        numbers = period_numbers(contact_over_period(contact, lines), model.harmonics)
-        rough_numbers = period_numbers(
-            contact_over_period(rough_contact, rough_lines), model.harmonics
-        )
-        window = normal_module(model, contact)
-        of_period = SHARE * numbers.differ(rough_numbers)
-        of_factor = LOAD_FACTOR_SHARE * max(
+        window = normal_module(own.model, contact)
+        errors += [
             abs(
                 load_factor(contact, lines, share * window)
                 - load_factor(rough_contact, rough_lines, share * window)
             )
             for share in WINDOWS
-        )
-        errors.append(np.append(of_period, of_factor))
-    return PeriodErrors(*np.max(errors, axis=0))
+        ]
+    return LOAD_FACTOR_SHARE * max(errors)
 
 
 def face_periods_along_life(
     models: Sequence[assembly.GearModel],
-    rougher: Sequence[assembly.GearModel],
     life_history: history.History,
-    rough_loads: Sequence[Sequence[Sequence[LineLoads]]],
+    twins: Sequence[Sequence[Twins]],
 ) -> tuple[PeriodErrors, ...]:
     """Return the errors of all kept states in every condition, from first and last.
 
     Parameters
     ----------
-    models, rougher : the physics in each condition, and that on half the slices
+    models : the physics in each condition
     life_history : the life
-    rough_loads : of each condition, of the first state and of the last if there are
-        several: line loads of each kind of mesh by the rougher physics
+    twins : of each condition, of the first state and of the last if there are several
     """
     ends = [life_history.state[0], life_history.state[-1]]
     errors = []
-    for block, of_ends in enumerate(rough_loads):
+    for block, of_ends in enumerate(twins):
         at_ends = []
-        for state, rough_lines in zip(ends, of_ends, strict=False):
-            lines = line_loads(state.conditions[block])
-            at_ends.append(
-                face_period_errors(models[block], rougher[block], lines, rough_lines)
-            )
+        for state, twins_there in zip(ends, of_ends, strict=False):
+            own = Twin(models[block], line_loads(state.conditions[block]))
+            at_ends.append(face_period_errors(own, twins_there))
         cycles = life_history.cycle[[0, -1]][: len(at_ends)]
         errors.append(between_samples(life_history.cycle, cycles, at_ends))
     return tuple(errors)
@@ -103,6 +163,16 @@ def line_loads(state: WearState) -> list[LineLoads]:
     state : of flanks with a width
     """
     return [cast("FaceState", of_kind).loads for of_kind in state.kind]
+
+
+def felt_wear(state: WearState) -> list[Array]:
+    """Return the wear that every kind of mesh feels in a state, (2, n_face, n) [m].
+
+    Parameters
+    ----------
+    state : of flanks with a width
+    """
+    return [cast("FaceState", of_kind).felt for of_kind in state.kind]
 
 
 def static_loads(model: assembly.GearModel, wear: Sequence[Array]) -> list[LineLoads]:

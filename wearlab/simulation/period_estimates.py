@@ -1,9 +1,10 @@
 """Estimated errors of what a mesh period comes to: stiffness and transmission error.
 
 Mean, RMS, extremes and harmonics of a wear state differ from those on half the nodes,
-whose wear is off by what half the nodes make of its rate. Carried wear alone says too
-much: what rougher nodes lose of it, their rate gives back. Nothing here vibrates:
-states whose motion has no rougher twin have a rougher contact all the same.
+and these from those of the wear that half the nodes make of its rate. Both count: what
+rougher nodes lose of carried wear, their rate may give back, which says nothing of the
+error. Nothing here vibrates: states whose motion has no rougher twin have a rougher
+contact all the same.
 """
 
 from collections.abc import Sequence
@@ -68,10 +69,19 @@ class PeriodNumbers(NamedTuple):
     stiffness: Array
     transmission_error: Array
 
-    def differ(self, other: "PeriodNumbers") -> Array:
-        """Return by how much numbers differ at most, of both quantities, (2,)."""
+    @property
+    def largest(self) -> Array:
+        """The largest number of both quantities, (2,) [N/m], [m]."""
+        return np.array([numbers.max() for numbers in self])
+
+    def differ(self, other: "PeriodNumbers") -> "PeriodNumbers":
+        """Return by how much each number differs."""
         of_both = zip(self, other, strict=True)
-        return np.array([np.abs(numbers - others).max() for numbers, others in of_both])
+        return PeriodNumbers(*(np.abs(one - another) for one, another in of_both))
+
+    def plus(self, other: "PeriodNumbers") -> "PeriodNumbers":
+        """Return the sums of errors of each number."""
+        return PeriodNumbers(*map(np.add, self, other))
 
 
 def period_numbers(contact: PeriodContact, count: int) -> PeriodNumbers:
@@ -111,14 +121,18 @@ def period_errors(
     worse : the state on rougher nodes, worn by as much further as it may be off; None:
         not known
     """
-    if worse is None:
-        rougher = _of_kinds(rough, state, carried_from=parts)
-    else:
-        rougher = _of_kinds(rough, worse)
+    rougher = _of_kinds(rough, state, carried_from=parts)
+    worn = rougher if worse is None else _of_kinds(rough, worse)
 
-    of_kinds = zip(_of_kinds(parts, state), rougher, strict=True)
-    differences = [fine.differ(coarse) for fine, coarse in of_kinds]
-    stiffness, transmission_error = SHARE * weight * np.max(differences, axis=0)
+    errors = []
+    for fine, coarse, further in zip(
+        _of_kinds(parts, state), rougher, worn, strict=True
+    ):
+        by_nodes = fine.differ(coarse)
+        by_wear = further.differ(coarse)
+        errors.append(by_nodes.plus(by_wear).largest)
+
+    stiffness, transmission_error = SHARE * weight * np.max(errors, axis=0)
     return PeriodErrors(stiffness, transmission_error)
 
 
