@@ -229,6 +229,19 @@ class OtherwiseBeyond:
 DEPTH = 10.0
 
 
+def rough_twin(coupling: OtherwiseBeyond, rate: Any) -> Any:
+    """Return a twin after a hundred cycles, by which the rate changes by (4,)."""
+    own = SimpleNamespace(wears=True, rate=(np.ones(4),), start_alike=None)
+    twin: Any = Rougher(
+        100.0,
+        np.full(4, DEPTH),
+        rate,
+        SimpleNamespace(coupling=coupling),  # type: ignore[arg-type]
+        own,  # type: ignore[arg-type]
+    )
+    return twin._replace(conditions=(twin,))
+
+
 @pytest.mark.parametrize("first", [0, 1])
 @pytest.mark.parametrize(
     ("most", "share"), [(np.inf, 1.0), (0.9, 0.25), (0.3, 0.0625), (0.01, 0.0)]
@@ -239,21 +252,28 @@ def test_levelling_is_asked_over_as_much_of_an_error_as_is_answered(
     """A rate of ``1 − e`` levels an error a hundredfold in a hundred cycles."""
     coupling = OtherwiseBeyond(most, first)
     monkeypatch.setattr(wear_off, "alike", coupling.answers)
-    own = SimpleNamespace(wears=True, rate=(np.ones(4),), start_alike=None)
     rate = np.full(4, 0.03)
-    twin: Any = Rougher(
-        100.0,
-        np.full(4, DEPTH),
-        rate,
-        SimpleNamespace(coupling=coupling),  # type: ignore[arg-type]
-        own,  # type: ignore[arg-type]
-    )
-    twin = twin._replace(conditions=(twin,))
+    twin = rough_twin(coupling, rate)
     (found,) = wear_off.errors_of_wear([twin], np.zeros(1))
     drive = 100.0 * rate
     exact = drive / (1.0 + 100.0) if share else drive
     np.testing.assert_allclose(found.error, exact, rtol=1e-9)
     assert (share == 0.0) == (min(coupling.asked) > most)
+
+
+@pytest.mark.parametrize(("most", "left"), [(np.inf, 1.0 / 101.0), (0.0, 1.0)])
+def test_of_a_life_each_node_levels_its_own_small_error(
+    monkeypatch: pytest.MonkeyPatch, most: float, left: float
+) -> None:
+    """One look at the rate tells how fast, if it tells."""
+    coupling = OtherwiseBeyond(most, 0)
+    monkeypatch.setattr(wear_off, "alike", coupling.answers)
+    rate = np.array([1e-4, -2e-4, 5e-5, 0.0])
+    twin = rough_twin(coupling, rate)
+    (found,) = wear_off.errors_of_wear([twin], np.zeros(1))
+    np.testing.assert_allclose(found.error, 100.0 * rate)
+    np.testing.assert_allclose(found.by_node, left * 100.0 * rate, rtol=1e-9)
+    assert len(coupling.asked) == 1
 
 
 def test_the_cost_is_that_of_a_quiet_run(monkeypatch: pytest.MonkeyPatch) -> None:

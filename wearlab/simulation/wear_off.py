@@ -6,6 +6,9 @@ tens of micrometres the drive alone adds up to twenty times what is left of it. 
 at the rate of a state worn by its error tells how fast, ``g = e·Δr(e)/e·e``. A step
 between two states takes the drive as it is; where it would be levelled many times over
 within the step and is no longer small, an implicit step, see `levelled`.
+
+Where a flank is deepest it carries most, and levels soonest what is off: of a life the
+same look tells for each node by itself, which costs nothing more.
 """
 
 from collections.abc import Callable, Sequence
@@ -160,6 +163,9 @@ WORTH, LEVELS = 0.01, 5.0
 step is taken."""
 
 
+TOLD = 1e-3
+"""Share of the largest error from which a node tells how fast it levels its own."""
+
 SHARES = (1.0, 0.25, 0.0625)
 """Of an error, over which it is asked how the rate levels it: all of it, or, where
 nothing levels that, less."""
@@ -172,53 +178,93 @@ class WornFurther(NamedTuple):
     ----------
     twin : the rougher twin of the state, in all conditions together
     error : (n_rough,) error of the wear with its sign [m]
+    by_node : (n_rough,) the same, as each node by itself levels it [m]
     worse : the twin worn by as much further, in every condition; None where it responds
         otherwise
     """
 
     twin: Rougher
     error: Array
+    by_node: Array
     worse: tuple[coupled.WearState | None, ...]
 
 
 def errors_of_wear(
-    joint: Sequence[Rougher | None], stepping: Array
+    joint: Sequence[Rougher | None], stepping: Array, inherited: float = 0.0
 ) -> list[WornFurther | None]:
     """Return the error of the wear from state to state, None where a state has no twin.
 
     Parameters
     ----------
     joint : rougher twins of the states, in all conditions together
-    stepping : error of the depth at the states by the steps over cycles and by what was
-        before [m]
+    stepping : error of the depth at the states by the steps over cycles [m]
+    inherited : error of the depth by what was before [m]
     """
     errors = list[WornFurther | None]()
     last = None
     for twin, steps in zip(joint, stepping, strict=True):
-        errors.append(None if twin is None else _next(twin, float(steps), last))
+        errors.append(
+            None if twin is None else _next(twin, float(steps), inherited, last)
+        )
         last = errors[-1] or last
     return errors
 
 
-def _next(twin: Rougher, stepping: float, previous: WornFurther | None) -> WornFurther:
+def _next(
+    twin: Rougher, steps: float, inherited: float, previous: WornFurther | None
+) -> WornFurther:
     """Return the error at the next state that has twins."""
     cycle = 0.0
     start = np.zeros_like(twin.wear)
+    start_by_node = start
     last = None
     if previous is not None:
         cycle = previous.twin.cycle
         start = previous.error
+        start_by_node = previous.by_node
         last = previous.twin.rate
+
     step = twin.cycle - cycle
-    error = start
+    grown = np.zeros_like(start)
     if twin.rate is not None:  # when nothing levels it since the state before
-        error = start + step * (twin.rate if last is None else 0.5 * (twin.rate + last))
-    worse = _worn_by(twin, _further(twin, error, stepping))
+        grown = step * (twin.rate if last is None else 0.5 * (twin.rate + last))
+    error = start + grown
+
+    stepping = steps + inherited
+    further = _further(twin, error, stepping)
+    worse = _worn_by(twin, further)
     while_levelled = _while_levelled(twin, step, error, stepping, worse)
     if while_levelled is not error:
         levelled_worse = _worn_by(twin, _further(twin, while_levelled, stepping))
         worse = worse if None in levelled_worse else levelled_worse
-    return WornFurther(twin, while_levelled, worse)
+        return WornFurther(twin, while_levelled, while_levelled, worse)
+
+    look = worse
+    if inherited > 0.0:  # its own error alone tells how soon that is levelled
+        further = _further(twin, error, steps)
+        look = _worn_by(twin, further, rate_only=True)
+    levels = _levelling_of_nodes(further, _answer(twin, look))
+    by_node = (start_by_node + grown) / (1.0 + step * levels)
+    return WornFurther(twin, error, by_node, worse)
+
+
+def _levelling_of_nodes(further: Array, change: Array | None) -> Array:
+    """Return how fast each node levels what is off there, (n,) [1 per cycle].
+
+    None of it where wear further off makes the rate no slower, or where a node is
+    hardly worn further.
+
+    Parameters
+    ----------
+    further : (n,) by how much the nodes are worn further [m]
+    change : (n,) what that changes of the rate [m per cycle]; None: not known
+    """
+    size = np.abs(further)
+    told = size > TOLD * float(size.max(initial=0.0))
+    if change is None:
+        return np.zeros_like(further)
+    slower = np.maximum(0.0, -change * np.sign(further))
+    return np.divide(slower, size, out=np.zeros_like(further), where=told)
 
 
 def _while_levelled(
