@@ -14,7 +14,7 @@ By Newton's method, the contact straightened about the last loads, and those of 
 load released. The factor of a solid line is kept while its loads change little.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -172,7 +172,6 @@ def _nearest_node(node: Index, last: int) -> Index:
     return np.where(reached, node, end)
 
 
-@jit
 def solve_phases(
     slices: Slices,
     section: Section,
@@ -209,12 +208,30 @@ def solve_phases(
     loads.
     """
     n_phases, n_lines, n_face = slices.node.shape
-    line_load = start.copy()
+    load = np.array(start)
     deflection = np.empty(n_phases)
     tangent = np.full(n_phases, np.nan)
     lines = _lines(n_lines, n_face, 0 if solid is None else n_face)
+    found = load, deflection, tangent
+    _solve_phases(slices, section, gap, force, layer, solid, stiffness, lines, found)
+    return found
 
-    for i in range(n_phases):
+
+@jit(counted=False)
+def _solve_phases(
+    slices: Any,
+    section: Any,
+    gap: Any,
+    force: Any,
+    layer: Any,
+    solid: Any,
+    stiffness: Any,
+    lines: Any,
+    found: Any,
+) -> None:
+    """Fill what `solve_phases` returns; loads hold those to start from."""
+    line_load, deflection, tangent = found
+    for i in range(len(force)):
         load = line_load[i]
         node = slices.node[i]
         if i > 0:
@@ -241,38 +258,35 @@ def solve_phases(
             converged = not contacts_changed and change <= CONVERGED * mean_load
             converged = converged or iteration + 1 == MAX_ITERATIONS
 
-    return line_load, deflection, tangent
 
-
-@jit_inner
-def _lines(n_lines, n_face, factor_size):  # type: ignore[no-untyped-def]
+def _lines(n_lines: int, n_face: int, factor_size: int) -> LinesOfContact:
     """Return the state of lines, with nothing filled."""
     shape = (n_lines, n_face)
     return LinesOfContact(
-        np.zeros(shape, np.bool_),  # in_contact
-        np.zeros(shape),  # spring
-        np.zeros(shape),  # free
-        np.zeros(shape),  # unit
-        np.zeros(shape),  # offset
-        np.zeros(n_lines),  # slope
-        np.zeros(n_lines),  # preload
-        np.zeros(n_lines),  # approach
-        np.zeros((n_lines, n_lines)),  # shared
-        np.ones(n_lines, np.bool_),  # changed
-        np.zeros((n_lines, factor_size, factor_size)),  # factor
-        np.zeros(shape, np.int64),  # place
-        np.zeros((3, n_face)),  # work
-        np.zeros((n_lines, n_lines + 2)),  # system
+        in_contact=np.zeros(shape, np.bool_),
+        spring=np.zeros(shape),
+        free=np.zeros(shape),
+        unit=np.zeros(shape),
+        offset=np.zeros(shape),
+        slope=np.zeros(n_lines),
+        preload=np.zeros(n_lines),
+        approach=np.zeros(n_lines),
+        shared=np.zeros((n_lines, n_lines)),
+        changed=np.ones(n_lines, np.bool_),
+        factor=np.zeros((n_lines, factor_size, factor_size)),
+        place=np.zeros(shape, np.int64),
+        work=np.zeros((3, n_face)),
+        system=np.zeros((n_lines, n_lines + 2)),
     )
 
 
-@jit_inner
+@jit_inner(counted=False)
 def _follow(node, last_node, last_load, load):  # type: ignore[no-untyped-def]
     """Begin from the loads of the last phase, where none are known.
 
     Slices that were not reached then begin from 1.
     """
-    if load.max() > 0.0 or last_load.max() == 0.0:
+    if _any_positive(load) or not _any_positive(last_load):
         return
     for line in range(node.shape[0]):
         for j in range(node.shape[1]):
@@ -281,7 +295,17 @@ def _follow(node, last_node, last_load, load):  # type: ignore[no-untyped-def]
                 load[line, j] = last_load[line, j] if was_reached else 1.0
 
 
-@jit_inner
+@jit_inner(counted=False)
+def _any_positive(values):  # type: ignore[no-untyped-def]
+    """Whether any of the values (n_lines, n_face) is positive, or true."""
+    for line in range(values.shape[0]):
+        for j in range(values.shape[1]):
+            if values[line, j] > 0:
+                return True
+    return False
+
+
+@jit_inner(counted=False)
 def _share(node, width, cross, shared):  # type: ignore[no-untyped-def]
     """Fill the compliance that each two lines share by their bodies.
 
@@ -302,13 +326,13 @@ def _share(node, width, cross, shared):  # type: ignore[no-untyped-def]
             shared[second, line] = value
 
 
-@jit_inner
+@jit_inner(counted=False)
 def _start(node, load, force, in_contact):  # type: ignore[no-untyped-def]
     """Fill which slices touch at first: those with a load; without any load, all.
 
     Loads of slices that do not touch become 0. Under no force loads do not count.
     """
-    has_loads = force > 0.0 and load.max() > 0.0
+    has_loads = force > 0.0 and _any_positive(load)
     for line in range(node.shape[0]):
         for j in range(node.shape[1]):
             is_loaded = load[line, j] > 0.0 or not has_loads
@@ -317,7 +341,7 @@ def _start(node, load, force, in_contact):  # type: ignore[no-untyped-def]
                 load[line, j] = 0.0
 
 
-@jit_inner
+@jit_inner(counted=False)
 def _respond(  # type: ignore[no-untyped-def]
     i, slices, section, gap, load, layer, solid, hold, lines
 ):
@@ -331,7 +355,8 @@ def _respond(  # type: ignore[no-untyped-def]
         renew = solid is None or lines.changed[line] or hold
         _straighten(
             slices.node[i, line],
-            slices.width * slices.filled[i, line],
+            slices.width,
+            slices.filled[i, line],
             section,
             gap,
             load[line],
@@ -356,6 +381,7 @@ def _respond(  # type: ignore[no-untyped-def]
                 solid[i, line],
                 lines.factor[line],
                 lines.place[line],
+                lines.work[0],
                 lines.unit[line],
                 spring,
             )
@@ -364,20 +390,21 @@ def _respond(  # type: ignore[no-untyped-def]
                 solid[i, line],
                 lines.factor[line],
                 lines.place[line],
+                lines.work[0],
                 lines.offset[line],
                 free,
             )
 
 
-@jit_inner
+@jit_inner(counted=False)
 def _straighten(  # type: ignore[no-untyped-def]
-    node, widths, section, gap, load, in_contact, spring, free, renew, straightened
+    node, width, filled, section, gap, load, in_contact, spring, free, renew, tangents
 ):
     """Fill the stiffness of the contact of each slice, and the gap it counts from.
 
     The stiffness is 0 where a slice does not touch. ``renew``: stiffnesses are those
     about the last loads, else they stay and the gaps alone follow the loads.
-    ``straightened``: 1 tangents, 0 secants of the contact's deflection.
+    ``tangents``: 1 tangents, 0 secants of the contact's deflection.
     """
     softening = section.softening
     min_load = section.min_load
@@ -387,17 +414,19 @@ def _straighten(  # type: ignore[no-untyped-def]
             free[j] = 0.0
             continue
         k = node[j]
-        width = widths[j]
+        crossed = width[j] * filled[j]
         logarithm = np.log(max(load[j], min_load) / min_load)
         secant = section.hertz[k] - softening * logarithm
         if renew:
-            less = straightened * softening if load[j] > min_load else 0.0
-            spring[j] = width / (secant - less)
-        free[j] = gap[j, k] + (secant - width / spring[j]) * load[j]
+            less = tangents * softening if load[j] > min_load else 0.0
+            spring[j] = crossed / (secant - less)
+        free[j] = gap[j, k] + (secant - crossed / spring[j]) * load[j]
 
 
-@jit_inner
-def _factorise(compliance, factor, place, unit, spring):  # type: ignore[no-untyped-def]
+@jit_inner(counted=False)
+def _factorise(  # type: ignore[no-untyped-def]
+    compliance, factor, place, work, unit, spring
+):
     """Factorise ``M = C + 1/spring`` of a solid line, and return A of ``F = A δ − B``.
 
     M is of the slices that touch. Fills ``factor`` below the diagonal, on it with its
@@ -425,13 +454,14 @@ def _factorise(compliance, factor, place, unit, spring):  # type: ignore[no-unty
             value -= row[k] * row[k]
         row[a] = 1.0 / np.sqrt(value)
 
-    force = np.ones(count)
+    force = work[:count]
+    force[:] = 1.0
     _solve(factor, force)
     _spread(compliance, place, force, unit)
     return force.sum()
 
 
-@jit_inner
+@jit_inner(counted=False)
 def _solve(factor, right):  # type: ignore[no-untyped-def]
     """Solve ``L Lᵀ x = right`` in place; the factor holds 1 over L's diagonal."""
     count = len(right)
@@ -449,7 +479,7 @@ def _solve(factor, right):  # type: ignore[no-untyped-def]
             right[k] -= row[k] * value
 
 
-@jit_inner
+@jit_inner(counted=False)
 def _spread(compliance, place, force, filled):  # type: ignore[no-untyped-def]
     """Fill the force of slices that touch, and what the others yield under it."""
     filled[:] = 0.0
@@ -463,15 +493,15 @@ def _spread(compliance, place, force, filled):  # type: ignore[no-untyped-def]
         filled[place[a]] = force[a]
 
 
-@jit_inner
+@jit_inner(counted=False)
 def _respond_solid(  # type: ignore[no-untyped-def]
-    compliance, factor, place, offset, free
+    compliance, factor, place, work, offset, free
 ):
     """Fill ``offset`` of a solid line, and return B of ``F = A δ − B``."""
     count = 0
     while count < len(place) and place[count] >= 0:
         count += 1
-    force = np.empty(count)
+    force = work[:count]
     for a in range(count):
         force[a] = free[place[a]]
     _solve(factor, force)
@@ -479,7 +509,7 @@ def _respond_solid(  # type: ignore[no-untyped-def]
     return force.sum()
 
 
-@jit_inner
+@jit_inner(counted=False)
 def _respond_layer(  # type: ignore[no-untyped-def]
     diagonal, joint, work, unit, offset, spring, free
 ):
@@ -518,7 +548,7 @@ def _respond_layer(  # type: ignore[no-untyped-def]
     return slope, preload
 
 
-@jit_inner
+@jit_inner(counted=False)
 def _balance(force, lines):  # type: ignore[no-untyped-def]
     """Fill the approach of each line, and return that of the gears and dF/dδ."""
     slope = lines.slope
@@ -549,7 +579,7 @@ def _balance(force, lines):  # type: ignore[no-untyped-def]
     return approach, stiffness
 
 
-@jit_inner
+@jit_inner(counted=False)
 def _update(i, slices, gap, load, near, lines):  # type: ignore[no-untyped-def]
     """Fill new loads and contacts, and which lines changed by more than ``near``.
 
@@ -595,7 +625,7 @@ def _update(i, slices, gap, load, near, lines):  # type: ignore[no-untyped-def]
         changed[line] = changed[line] or change > near
         largest_change = max(largest_change, change)
 
-    if nearest_slice >= 0 and not in_contact.any():
+    if nearest_slice >= 0 and not _any_positive(in_contact):
         in_contact[nearest_line, nearest_slice] = True
         changed[nearest_line] = True
     return largest_change, contacts_changed
