@@ -25,6 +25,12 @@ Under less it yields as under this share, since the compliance of Hertz's contac
 without bound as the load falls to nothing [1]."""
 
 
+CLOSE = 1e-8
+"""Change of forces over the load from which they agree with their compliance [1]."""
+CLOSE_BY_NEWTON = 1e-5
+"""The same by Newton's method: the next change is about its square, 1e-10 [1]."""
+
+
 class Nodes(NamedTuple):
     """One wear state at the touching nodes.
 
@@ -188,7 +194,11 @@ class ContactAnalysis:
         threshold decides which pairs engage, compliance and gap are left as they are.
         """
         min_force = MIN_CONTACT_LOAD_SHARE * self.load
-        softening = self.stiffness.softening if self.engagement_gap == np.inf else 0.0
+        softening = 0.0
+        close = CLOSE
+        if self.engagement_gap == np.inf:
+            softening = self.stiffness.softening
+            close = CLOSE_BY_NEWTON
         load = np.full(len(self._pairs), self.load)
         cross_of_pairs = interpolate(self.grid, self.at_nodes, cross, 0.0)
         for _ in range(30):
@@ -200,7 +210,7 @@ class ContactAnalysis:
             updated = self._force_in_contact(of_pairs)
             change = np.max(np.abs(updated - force))
             force = updated
-            if change <= 1e-8 * self.load:
+            if change <= close * self.load:
                 break
         return np.asarray(self.stiffness.contact(np.maximum(force, min_force)))
 
