@@ -135,7 +135,7 @@ def estimated(
         force = _forces_of_set(compared, inherited)
         if force is None:
             force = _forces(compared)
-        if not compared.is_moving_set and _loudest(life_history, force) > LARGE:
+        if not compared.is_moving_set and _loudest_sample(compared) > LARGE:
             closer = _compared(
                 stage, life_history, companion_runs.finer_twins_of, inherited
             )
@@ -256,6 +256,13 @@ def _loudest(
         for block, errors in enumerate(force or ())
     ]
     return _most(np.ravel(ratios))
+
+
+def _loudest_sample(compared: CompanionErrors) -> float:
+    """Return the same of the sampled states, whatever snapshots there are [1]."""
+    samples = compared.life_history.samples
+    of_samples = samples._replace(sampled=samples)
+    return _loudest(samples, _forces(compared._replace(life_history=of_samples)))
 
 
 def _largest(state: coupled.WearState) -> float:
