@@ -213,7 +213,7 @@ def meshes(
         for p in range(grid.n_pairs):
             compliance[:, :, m, p, p] = alone[:, p].reshape(shape[:2])
             for q in range(p):
-                shared = cross[:, p, p - 1 - q].reshape(shape[:2])
+                shared = cross[p - 1 - q, :, p].reshape(shape[:2])
                 compliance[:, :, m, p, q] = compliance[:, :, m, q, p] = shared
     first, middle, last = np.moveaxis(np.where(np.isfinite(gap), gap, 0.0), 1, 0)
     slope = [
