@@ -136,24 +136,6 @@ def begin(compliance, cross, i, pairs):  # type: ignore[no-untyped-def]
 
 
 @jit_inner(counted=False)
-def eliminate(equations, n):  # type: ignore[no-untyped-def]
-    """Solve n equations (n, n + 2) in place; the last columns are right-hand sides."""
-    for row in range(n):
-        pivot = equations[row, row]
-        for below in range(row + 1, n):
-            factor = equations[below, row] / pivot
-            for column in range(row, n + 2):
-                equations[below, column] -= factor * equations[row, column]
-
-    for row in range(n - 1, -1, -1):
-        for column in range(n, n + 2):
-            for k in range(row + 1, n):
-                known = equations[k, column]
-                equations[row, column] -= equations[row, k] * known
-            equations[row, column] /= equations[row, row]
-
-
-@jit_inner(counted=False)
 def touch(gap, pairs, following):  # type: ignore[no-untyped-def]
     """Let one more pair touch: fill the forces ``F_A = unit δ − offset``.
 

@@ -30,7 +30,6 @@ from wearlab.dynamics.steady.response import (
 )
 from wearlab.gears.gear import GearPair
 from wearlab.mesh import excitation, force, gear_set, profile, stages
-from wearlab.mesh.force import Deflections
 
 NODES = 4
 """Nodes within a step, its ends among them."""
@@ -360,9 +359,9 @@ def forces_within(response: Response, x: Array, periods: slice = slice(None)) ->
         return values.reshape(len(values), steps, len(x), -1)
 
     springs = response.within.springs_within(x).per(response.mesh_period)
-    forces = force.normal_forces(
-        springs, Deflections(*map(by_step, motion)), dashpot_of(response.system)
-    )
+    motion_by_step = force.Deflections(*map(by_step, motion))
+    dashpot = dashpot_of(response.system)
+    forces = force.normal_forces(springs, motion_by_step, dashpot)
     return Forces(*(values.swapaxes(1, 2) for values in forces))
 
 

@@ -199,21 +199,22 @@ class Response:
     @cached_property
     def motion(self) -> Path:
         """The coordinates within the steps."""
-        position, velocity = np.split(self.state, 2, axis=-1)
-        length = self.tables.width * self.mesh_period
-        return path(position, velocity, self.acceleration, length)
+        return self._path_of(np.asarray)
 
     @cached_property
     def approach(self) -> Path:
         """The projections d·q of the meshes within the steps."""
-        position, velocity = np.split(self.state, 2, axis=-1)
         along = self.system.direction.T
-        length = self.tables.width * self.mesh_period
+        return self._path_of(lambda coordinates: product(coordinates, along))
+
+    def _path_of(self, signals: Callable[[Array], Array]) -> Path:
+        """Return the polynomials of signals (…) of the coordinates (…, n)."""
+        position, velocity = np.split(self.state, 2, axis=-1)
         return path(
-            product(position, along),
-            product(velocity, along),
-            product(self.acceleration, along),
-            length,
+            signals(position),
+            signals(velocity),
+            signals(self.acceleration),
+            self.tables.width * self.mesh_period,
         )
 
     @cached_property
