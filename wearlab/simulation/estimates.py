@@ -132,16 +132,20 @@ def estimated(
     """
     with stage.first.coupling.account.timed("estimates"):
         compared = _compared(stage, life_history, companion_runs.twins_of, inherited)
-        force = _forces_of_set(compared, inherited)
-        if force is None:
-            force = _forces(compared)
-        if not compared.is_moving_set and _loudest_sample(compared) > LARGE:
+        sampled = _sampled_forces_of_set(compared, inherited)
+        if sampled is None:
+            sampled = _sampled_forces(compared)
+        if (
+            not compared.is_moving_set
+            and _loudest_sample(life_history, sampled) > LARGE
+        ):
             closer = _compared(
                 stage, life_history, companion_runs.finer_twins_of, inherited
             )
             if closer.missing <= compared.missing:
                 compared = closer
-                force = _forces(closer)
+                sampled = _sampled_forces(closer)
+        force = _forces_along(life_history, sampled)
         period = _periods(compared)
     return Estimates(
         wear_depth=_depth(compared),
@@ -258,11 +262,12 @@ def _loudest(
     return _most(np.ravel(ratios))
 
 
-def _loudest_sample(compared: CompanionErrors) -> float:
-    """Return the same of the sampled states, whatever snapshots there are [1]."""
-    samples = compared.life_history.samples
-    of_samples = samples._replace(sampled=samples)
-    return _loudest(samples, _forces(compared._replace(life_history=of_samples)))
+def _loudest_sample(
+    life_history: history.History, sampled: list[Array] | None
+) -> float:
+    """Return the same of the samples, whatever snapshots there are [1]."""
+    samples = life_history.samples
+    return _loudest(samples, _forces_along(samples, sampled))
 
 
 def _largest(state: coupled.WearState) -> float:
@@ -365,10 +370,10 @@ def _share_of_steps(life: Life, entries: Flags) -> float:
     return there / anywhere if anywhere > 0.0 else 1.0
 
 
-def _forces_of_set(
+def _sampled_forces_of_set(
     compared: CompanionErrors, inherited: float
-) -> tuple[companion_runs.ForceErrors, ...] | None:
-    """Return the errors of the forces of a set in motion by finer twins.
+) -> list[Array] | None:
+    """Return the errors of the forces of a set in motion at the samples.
 
     Where many meshes step in turn, half the nodes change the extremes of a force by
     much more than four times the error. None for pairs, and where a state has no finer
@@ -379,17 +384,18 @@ def _forces_of_set(
     finer = _compared(
         compared.stage, compared.life_history, companion_runs.finer_twins_of, inherited
     )
-    return None if finer.missing else _forces(finer)
+    return None if finer.missing else _sampled_forces(finer)
 
 
-def _forces(compared: CompanionErrors) -> tuple[companion_runs.ForceErrors, ...] | None:
-    """Return the errors of the forces of all kept states in every condition.
+def _sampled_forces(compared: CompanionErrors) -> list[Array] | None:
+    """Return the errors of the forces of the samples, None without dynamics.
 
-    None without dynamics.
+    Of every condition (5, k): the cycle [1] of the samples that have twins, then the
+    errors in the order of `companion_runs.ForceErrors` [N].
     """
     if compared.stage.first.vibration is None:
         return None
-    found = []
+    sampled = []
     for block, parts in enumerate(compared.stage.parts):
         life_history = compared.life_history.in_block(block)
         rows = []
@@ -407,10 +413,30 @@ def _forces(compared: CompanionErrors) -> tuple[companion_runs.ForceErrors, ...]
                     largest = max(off.largest, smallest)
                     least = max(off.least, smallest)
                     rows.append((twin.cycle, off.mesh, largest, least, off.bearing))
+        sampled.append(np.array(rows).T if rows else np.full((5, 1), np.nan))
+    return sampled
+
+
+def _forces_along(
+    life_history: history.History, sampled: list[Array] | None
+) -> tuple[companion_runs.ForceErrors, ...] | None:
+    """Return the errors of the forces of some states of a life in every condition.
+
+    Parameters
+    ----------
+    life_history : the states
+    sampled : errors at the samples in every condition, None without dynamics
+    """
+    if sampled is None:
+        return None
+    found = []
+    for block, (cycle, *columns) in enumerate(sampled):
         periodic = np.array(
-            [companion_runs.is_periodic(state) for state in life_history.state]
+            [
+                companion_runs.is_periodic(state)
+                for state in life_history.in_block(block).state
+            ]
         )
-        cycle, *columns = np.array(rows).T if rows else np.full((5, 1), np.nan)
         errors = (
             np.where(periodic, np.interp(life_history.cycle, cycle, error), np.nan)
             for error in columns

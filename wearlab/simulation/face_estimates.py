@@ -5,6 +5,8 @@ slices, and the life is lived on these: what that changes of the rates and of wh
 worn counts. What a mesh period comes to is looked at on twice the nodes as well.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 from scipy.interpolate import RegularGridInterpolator
 
@@ -17,7 +19,7 @@ from wearlab.mesh.face.grid import FaceGrid
 from wearlab.simulation import companion_runs, operating
 from wearlab.simulation.estimates import Estimates, steps_error
 from wearlab.simulation.face_period_estimates import (
-    Twin,
+    LoadedState,
     Twins,
     face_periods_along_life,
     felt_wear,
@@ -86,8 +88,9 @@ def estimated_over_face(
         rougher = [rougher_over_face(parts) for parts in stage.parts]
         rough_ends = _on_rougher_nodes(stage, rougher, ends)
         rough_wear = _worn_as_long(stage, rougher, rough_ends[0].wear, life_history)
-        share = _share_of_depth(stage, rougher, ends, rough_ends, rough_wear)
-        twins = _twins_of_ends(stage, rougher, ends, rough_ends, rough_wear)
+        rougher_life = _RougherLife(rougher, ends, rough_ends, rough_wear)
+        share = _share_of_depth(stage, rougher_life)
+        twins = _twins_of_ends(stage, rougher_life)
         period = face_periods_along_life(stage.parts, life_history, twins)
 
     force = None
@@ -110,6 +113,23 @@ def estimated_over_face(
         fastest = float(flat(ends[1].rate).max())
         of_life = life.error_estimate_life + share * float(worn[-1]) / fastest
     return Estimates(depth, force, of_life, period=period)
+
+
+class _RougherLife(NamedTuple):
+    """A life on half the slices and nodes, beside the life itself.
+
+    Parameters
+    ----------
+    physics : on these, in every condition
+    ends, rough_ends : first and last state of the life itself, and what they are on
+        these
+    wear : of the rougher life where the life itself ends; None: not known [m]
+    """
+
+    physics: list[assembly.GearModel]
+    ends: list[coupled.WearState]
+    rough_ends: list[coupled.WearState]
+    wear: coupled.Wear | None
 
 
 def _on_other_nodes(
@@ -151,37 +171,38 @@ def _twins_of_unworn(
 
 
 def _twins_of_ends(
-    stage: operating.OperatingCondition,
-    rougher: list[assembly.GearModel],
-    ends: list[coupled.WearState],
-    rough_ends: list[coupled.WearState],
-    rough_wear: coupled.Wear | None,
+    stage: operating.OperatingCondition, rougher: _RougherLife
 ) -> list[list[Twins]]:
     """Return the twins of the first and the last state of a life, in every condition.
 
     Parameters
     ----------
     stage : what runs, in all its conditions
-    rougher : its physics on half the slices and nodes
-    ends, rough_ends : the two states, and what they are on these
-    rough_wear : of the rougher life where the life ends; None: not known [m]
+    rougher : the life on half the slices and nodes
     """
     twins = []
-    for block, (parts, rough) in enumerate(zip(stage.parts, rougher, strict=True)):
-        finer_ends = _finer_twins(parts, [end.conditions[block] for end in ends])
+    of_conditions = zip(stage.parts, rougher.physics, strict=True)
+    for block, (parts, rough) in enumerate(of_conditions):
+        ends = [end.conditions[block] for end in rougher.ends]
+        rough_ends = [
+            LoadedState(rough, line_loads(end.conditions[block]))
+            for end in rougher.rough_ends
+        ]
+        finer_ends = _finer_twins(parts, ends)
         first, last = (
-            Twins(Twin(rough, line_loads(rough_end.conditions[block])), None, finer)
+            Twins(rough_end, None, finer)
             for rough_end, finer in zip(rough_ends, finer_ends, strict=True)
         )
-        if rough_wear is not None:
-            last = last._replace(lived=Twin(rough, static_loads(rough, rough_wear)))
+        if rougher.wear is not None:
+            lived = LoadedState(rough, static_loads(rough, rougher.wear))
+            last = last._replace(lived=lived)
         twins.append([first, last])
     return twins
 
 
 def _finer_twins(
     parts: assembly.GearModel, states: list[coupled.WearState]
-) -> list[Twin | None]:
+) -> list[LoadedState | None]:
     """Return states in one condition on twice the nodes, None where these cannot be.
 
     What the mesh feels of the wear is carried there: to work out patches on so many
@@ -198,8 +219,8 @@ def _finer_twins(
 
 def _felt_twin(
     finer: assembly.GearModel, parts: assembly.GearModel, state: coupled.WearState
-) -> Twin:
-    """Return a state on finer nodes, worn by what it feels on its own."""
+) -> LoadedState:
+    """Return a state on finer nodes, worn by what it feels on those of the run."""
     assert finer.face is not None
     contacts = [kind.contact for kind in finer.face.kinds]
     of_kinds = zip(contacts, felt_wear(state), _grids(parts), strict=True)
@@ -207,15 +228,15 @@ def _felt_twin(
         contact.solve(moved(felt, grid, contact.grid))
         for contact, felt, grid in of_kinds
     ]
-    return Twin(finer, loads)
+    return LoadedState(finer, loads)
 
 
 def _static_twin(
     other: assembly.GearModel, parts: assembly.GearModel, state: coupled.WearState
-) -> Twin:
+) -> LoadedState:
     """Return a state of some physics on the slices and nodes of other physics."""
     wear = _on_other_nodes(state, _grids(parts), _grids(other))
-    return Twin(other, static_loads(other, wear))
+    return LoadedState(other, static_loads(other, wear))
 
 
 def _differences_of_forces(
@@ -243,11 +264,7 @@ def _grids(parts: assembly.GearModel) -> list[FaceGrid]:
 
 
 def _share_of_depth(
-    stage: operating.OperatingCondition,
-    rougher: list[assembly.GearModel],
-    ends: list[coupled.WearState],
-    rough_ends: list[coupled.WearState],
-    rough_wear: coupled.Wear | None,
+    stage: operating.OperatingCondition, rougher: _RougherLife
 ) -> float:
     """Return the error of the deepest wear by slices and nodes, over what wore [1].
 
@@ -256,22 +273,20 @@ def _share_of_depth(
     Parameters
     ----------
     stage : what runs, in all its conditions
-    rougher : its physics on half the slices and nodes
-    ends, rough_ends : the first and the last state of the life, and what they are on
-        these
-    rough_wear : of the rougher life where the life ends; None: not known [m]
+    rougher : the life on half the slices and nodes
     """
     grids = _grids(stage.first)
-    rough_grids = _grids(rougher[0])
+    rough_grids = _grids(rougher.physics[0])
     of_rates = [
         _difference_of_rates(state, twin, grids, rough_grids)
-        for state, twin in zip(ends, rough_ends, strict=True)
+        for state, twin in zip(rougher.ends, rougher.rough_ends, strict=True)
     ]
-    if rough_wear is None:
+    if rougher.wear is None:
         return WEIGHT * max(of_rates)
 
-    grown = _grown(ends[0].wear, ends[1].wear)
-    rough_grown = _grown(rough_ends[0].wear, rough_wear)
+    first, last = rougher.ends
+    grown = _grown(first.wear, last.wear)
+    rough_grown = _grown(rougher.rough_ends[0].wear, rougher.wear)
     most = float(grown.max())
     if most <= 0.0:
         return 0.0

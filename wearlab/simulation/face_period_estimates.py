@@ -41,8 +41,8 @@ WINDOWS = (1.0, 1.5)
 to fit one [1]."""
 
 
-class Twin(NamedTuple):
-    """A state on other slices and nodes.
+class LoadedState(NamedTuple):
+    """A state under its static load, on slices and nodes of its own or on others.
 
     Parameters
     ----------
@@ -53,9 +53,8 @@ class Twin(NamedTuple):
     model: assembly.GearModel
     loads: Sequence[LineLoads]
 
-    @property
-    def numbers(self) -> list[PeriodNumbers]:
-        """What a mesh period comes to, of each kind of mesh."""
+    def period_numbers(self) -> list[PeriodNumbers]:
+        """Return what a mesh period comes to, of each kind of mesh."""
         return [
             period_numbers(contact_over_period(contact, lines), self.model.harmonics)
             for contact, lines in zip(_contacts(self.model), self.loads, strict=True)
@@ -72,32 +71,34 @@ class Twins(NamedTuple):
     finer : on twice the nodes, None where these cannot be
     """
 
-    rough: Twin
-    lived: Twin | None
-    finer: Twin | None
+    rough: LoadedState
+    lived: LoadedState | None
+    finer: LoadedState | None
 
 
-def face_period_errors(own: Twin, twins: Twins) -> PeriodErrors:
+def face_period_errors(state: LoadedState, twins: Twins) -> PeriodErrors:
     """Return the errors of one state, the largest over the kinds of mesh.
 
     Parameters
     ----------
-    own : the state itself
+    state : the state itself
     twins : its twins
     """
-    numbers = own.numbers
-    by_nodes = _apart(numbers, twins.rough.numbers)
+    numbers = state.period_numbers()
+    rough_numbers = twins.rough.period_numbers()
+    by_nodes = _apart(numbers, rough_numbers)
     if twins.lived is not None:
-        by_wear = _apart(twins.rough.numbers, twins.lived.numbers)
+        by_wear = _apart(rough_numbers, twins.lived.period_numbers())
         by_nodes = [
             one.plus(other) for one, other in zip(by_nodes, by_wear, strict=True)
         ]
     of_period = [SHARE * errors.largest for errors in by_nodes]
     if twins.finer is not None:
-        by_finer = _apart(numbers, twins.finer.numbers)
+        by_finer = _apart(numbers, twins.finer.period_numbers())
         of_period += [FINER_SHARE * errors.largest for errors in by_finer]
     stiffness, transmission_error = np.max(of_period, axis=0)
-    return PeriodErrors(stiffness, transmission_error, _of_factor(own, twins.rough))
+    of_factor = _error_of_load_factor(state, twins.rough)
+    return PeriodErrors(stiffness, transmission_error, of_factor)
 
 
 def _apart(
@@ -108,18 +109,18 @@ def _apart(
     return [one.differ(other) for one, other in of_kinds]
 
 
-def _of_factor(own: Twin, rough: Twin) -> float:
+def _error_of_load_factor(state: LoadedState, rough: LoadedState) -> float:
     """Return the error of K_Hβ, the largest over the kinds of mesh [1]."""
     errors = [0.0]
     of_kinds = zip(
-        _contacts(own.model),
+        _contacts(state.model),
         _contacts(rough.model),
-        own.loads,
+        state.loads,
         rough.loads,
         strict=True,
     )
     for contact, rough_contact, lines, rough_lines in of_kinds:
-        window = normal_module(own.model, contact)
+        window = normal_module(state.model, contact)
         errors += [
             abs(
                 load_factor(contact, lines, share * window)
@@ -147,9 +148,9 @@ def face_periods_along_life(
     errors = []
     for block, of_ends in enumerate(twins):
         at_ends = []
-        for state, twins_there in zip(ends, of_ends, strict=False):
-            own = Twin(models[block], line_loads(state.conditions[block]))
-            at_ends.append(face_period_errors(own, twins_there))
+        for end, twins_there in zip(ends, of_ends, strict=False):
+            state = LoadedState(models[block], line_loads(end.conditions[block]))
+            at_ends.append(face_period_errors(state, twins_there))
         cycles = life_history.cycle[[0, -1]][: len(at_ends)]
         errors.append(between_samples(life_history.cycle, cycles, at_ends))
     return tuple(errors)

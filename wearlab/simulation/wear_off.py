@@ -163,8 +163,9 @@ WORTH, LEVELS = 0.01, 5.0
 step is taken."""
 
 
-TOLD = 1e-3
-"""Share of the largest error from which a node tells how fast it levels its own."""
+MOVED = 1e-3
+"""Share of the largest change of wear from which that of a node says how fast the node
+levels its error."""
 
 SHARES = (1.0, 0.25, 0.0625)
 """Of an error, over which it is asked how the rate levels it: all of it, or, where
@@ -260,11 +261,11 @@ def _levelling_of_nodes(further: Array, change: Array | None) -> Array:
     change : (n,) what that changes of the rate [m per cycle]; None: not known
     """
     size = np.abs(further)
-    told = size > TOLD * float(size.max(initial=0.0))
+    is_moved = size > MOVED * float(size.max(initial=0.0))
     if change is None:
         return np.zeros_like(further)
     slower = np.maximum(0.0, -change * np.sign(further))
-    return np.divide(slower, size, out=np.zeros_like(further), where=told)
+    return np.divide(slower, size, out=np.zeros_like(further), where=is_moved)
 
 
 def _while_levelled(
