@@ -14,7 +14,7 @@ from wearlab.simulation.face_period_estimates import line_loads, static_loads
 from wearlab.simulation.initial_wear import initial_wear
 from wearlab.simulation.period_estimates import period_errors
 
-FINER = {"numerics": {"profile_points": 800}}
+FINER = {"numerics": {"profile_points": 1200}}
 WEAR = {
     "wear": {
         "coefficient": {"model": "constant", "value": "1e-17 m^2/N"},
@@ -22,12 +22,18 @@ WEAR = {
         "load": "static",
     }
 }
+LIGHTLY_WORN = {
+    "operation": {"torque": "2 N*m", "speed": "1000 rpm"},
+    "wear": {**WEAR["wear"], "until": {"depth": "1 um"}},
+}
+"""Contacts are narrower than nodes lie apart, crests of wear sharper."""
 RING = {"teeth": 90, "rim_diameter": "310 mm"}
 SCENES = {
     "external": {"gears": external_pair(20, 50)},
     "internal": {"gears": internal_pair(30, RING)},
     "worn": {"gears": external_pair(20, 50), **WEAR},
     "worn internal": {"gears": internal_pair(30, RING), **WEAR},
+    "lightly worn": {"gears": external_pair(24, 36, module="3 mm"), **LIGHTLY_WORN},
 }
 STIFFNESS = ("stiffness_mean", "stiffness_rms")
 ERROR = ("ste_mean", "ste_rms", "ste_max", "ste_peak_to_peak")
@@ -35,7 +41,7 @@ MEDIAN_OVER_ERROR = 8.0
 
 
 def simulated(scene, **further):
-    """Return the last state of a scene under 100 N·m."""
+    """Return the last state of a scene, under 100 N·m where it names no torque."""
     operation = {"torque": "100 N*m", "speed": "1000 rpm"}
     run = simulate(Scene.from_mapping({"operation": operation, **scene, **further}))
     return run.isel(update=-1, mesh=0)

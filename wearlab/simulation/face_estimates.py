@@ -2,7 +2,9 @@
 
 The first and the last state are evaluated once more with half the nodes and half the
 slices, and the life is lived on these: what that changes of the rates and of what was
-worn counts. What a mesh period comes to is looked at on twice the nodes as well.
+worn counts. Where teeth bear hardest at an end of the face, wear is deepest there, half
+a slice beyond the outermost one: that counts as well. What a mesh period comes to is
+looked at on twice the nodes besides.
 """
 
 from typing import NamedTuple
@@ -29,9 +31,8 @@ from wearlab.simulation.face_period_estimates import (
 from wearlab.simulation.life_run import integration
 
 WEIGHT = 2.0
-"""Of what half the nodes and half the slices change of the deepest wear of a life: an
-outermost slice has the gap of its middle, which is of first order at most, and leaves
-all of it."""
+"""Of what half the nodes and half the slices change of the deepest wear of a life, out
+to the ends of the face: nodes may be of first order, which leaves all of it."""
 OF_RATES = 0.3
 """Of what they change of the rates where wear is fast: what nodes and slices do to the
 deepest wear may cancel by chance. Both weights are set on the seeds 771 and 772 of
@@ -268,7 +269,8 @@ def _share_of_depth(
 ) -> float:
     """Return the error of the deepest wear by slices and nodes, over what wore [1].
 
-    By the same life on half of both.
+    By how much deeper the ends of the face wear than any slice, and by the same life on
+    half of both.
 
     Parameters
     ----------
@@ -281,17 +283,21 @@ def _share_of_depth(
         _difference_of_rates(state, twin, grids, rough_grids)
         for state, twin in zip(rougher.ends, rougher.rough_ends, strict=True)
     ]
-    if rougher.wear is None:
-        return WEIGHT * max(of_rates)
-
     first, last = rougher.ends
-    grown = _grown(first.wear, last.wear)
-    rough_grown = _grown(rougher.rough_ends[0].wear, rougher.wear)
-    most = float(grown.max())
+    most = float((_deepest(last.wear) - _deepest(first.wear)).max())
     if most <= 0.0:
         return 0.0
+    grown = _deepest_to_ends(last.wear, grids) - _deepest_to_ends(first.wear, grids)
+    beyond_slices = max(0.0, float(grown.max()) - most) / most
+    if rougher.wear is None:
+        return beyond_slices + WEIGHT * max(of_rates)
+
+    rough_first = rougher.rough_ends[0].wear
+    rough_grown = _deepest_to_ends(rougher.wear, rough_grids) - _deepest_to_ends(
+        rough_first, rough_grids
+    )
     missed = float(np.abs(rough_grown - grown).max()) / most
-    return WEIGHT * missed + OF_RATES * float(np.mean(of_rates))
+    return beyond_slices + WEIGHT * missed + OF_RATES * float(np.mean(of_rates))
 
 
 def _worn_as_long(
@@ -323,18 +329,42 @@ def _worn_as_long(
     return together.split(life.depth[-1])
 
 
-def _grown(before: coupled.Wear, after: coupled.Wear) -> Array:
-    """Return by how much the deepest wear of every flank has grown, (n_flanks,) [m].
+def _deepest(wear: coupled.Wear) -> Array:
+    """Return the deepest wear of every flank at the middles of slices, (n_flanks,) [m].
 
     Parameters
     ----------
-    before, after : of every kind of mesh, (2, n_face, n) each [m]
+    wear : of every kind of mesh, (2, n_face, n) each [m]
     """
-    grown = [
-        new.reshape(2, -1).max(axis=1) - old.reshape(2, -1).max(axis=1)
-        for old, new in zip(before, after, strict=True)
-    ]
-    return np.concatenate(grown)
+    return np.concatenate([depth.reshape(2, -1).max(axis=1) for depth in wear])
+
+
+def _deepest_to_ends(wear: coupled.Wear, grids: list[FaceGrid]) -> Array:
+    """Return the deepest wear of every flank out to the ends of its face, (n_flanks,).
+
+    Outermost slices have the wear of their middles, half a slice before the end: on to
+    it by a straight line through the two outermost.
+
+    Parameters
+    ----------
+    wear : of every kind of mesh, (2, n_face, n) each [m]
+    grids : over the face, of every kind
+
+    Returns
+    -------
+    (n_flanks,) [m]
+    """
+    found = []
+    for depth, grid in zip(wear, grids, strict=True):
+        deepest = depth.reshape(2, -1).max(axis=1)
+        for end, beside in ((0, 1), (-1, -2)):
+            apart = abs(grid.position[end] - grid.position[beside])
+            half = 0.5 * grid.width[end]
+            slope = (depth[:, end] - depth[:, beside]) / apart
+            at_end = depth[:, end] + half * slope
+            deepest = np.maximum(deepest, at_end.max(axis=1))
+        found.append(deepest)
+    return np.concatenate(found)
 
 
 def _difference_of_rates(

@@ -27,6 +27,9 @@ from wearlab.simulation.wear_off import WornFurther
 
 SHARE = 1.5
 """Weight of what half the nodes change [1]."""
+BETWEEN = 0.2
+"""Weight of what half the nodes lose of the wear of both flanks in the transmission
+error, whose extremes may lie between nodes [1]."""
 
 
 class PeriodErrors(NamedTuple):
@@ -124,15 +127,19 @@ def period_errors(
     rougher = _of_kinds(rough, state, carried_from=parts)
     worn = rougher if worse is None else _of_kinds(rough, worse)
 
+    lost_of_flanks = companion_runs.between_nodes(parts, state.wear, rough)
+    lost_of_kinds = lost_of_flanks.reshape(-1, 2).sum(axis=1)
+
     errors = []
-    for fine, coarse, further in zip(
-        _of_kinds(parts, state), rougher, worn, strict=True
+    for fine, coarse, further, lost in zip(
+        _of_kinds(parts, state), rougher, worn, lost_of_kinds, strict=True
     ):
         by_nodes = fine.differ(coarse)
         by_wear = further.differ(coarse)
-        errors.append(by_nodes.plus(by_wear).largest)
+        of_stiffness, of_error = SHARE * by_nodes.plus(by_wear).largest
+        errors.append((of_stiffness, of_error + BETWEEN * lost))
 
-    stiffness, transmission_error = SHARE * weight * np.max(errors, axis=0)
+    stiffness, transmission_error = weight * np.max(errors, axis=0)
     return PeriodErrors(stiffness, transmission_error)
 
 
