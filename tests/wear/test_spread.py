@@ -9,14 +9,7 @@ from scipy.integrate import quad
 from wearlab.gears.specification import GearError
 from wearlab.wear.levelling import MAX_BYTES as MAX_SQUARE_BYTES
 from wearlab.wear.levelling import bytes_of_squares, squares
-from wearlab.wear.patch import (
-    FLOAT_BYTES,
-    MATRICES_AT_ONCE,
-    MAX_BYTES,
-    MAX_POINTS,
-    cell_edges,
-    spreading,
-)
+from wearlab.wear.patch import cell_edges, spreading
 
 
 @pytest.fixture
@@ -108,10 +101,55 @@ def test_edges_of_descending_arcs_ascend(make_path):
 def test_nodes_that_would_fill_the_memory_are_refused_before_they_do():
     """74.5 GiB were asked for with 100,000 points."""
     arc = np.linspace(0.0, 6e-3, 100_007)
-    with pytest.raises(GearError, match=r"need 560 GB .* at most 16000 profile_points"):
-        spreading(np.full(arc.size, 1e-4), arc)
-    needed = MATRICES_AT_ONCE * FLOAT_BYTES * (MAX_POINTS + 16) ** 2
-    assert needed < MAX_BYTES  # the remedy
+    half_width = np.full(arc.size, 1e-4)
+    with pytest.raises(GearError, match=r"need 32 GB .* at most \d+") as refused:
+        spreading(half_width, arc)
+
+    fewer = int(re.search(r"at most (\d+)", str(refused.value)).group(1))
+    assert 50_000 < fewer < arc.size
+    coarser = np.linspace(0.0, 6e-3, 1000)
+    tracemalloc.start()
+    spreading(half_width[:1000], coarser)
+    _, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert peak * (fewer / 1000) ** 2 < MAX_SQUARE_BYTES  # the remedy
+
+
+def test_shares_are_those_of_a_whole_matrix(uneven):
+    """Every contact and both its mirror images, on every node."""
+    s, path = uneven
+    a = 1.5e-3 * np.linspace(0.3, 1.0, len(s))
+    edges = cell_edges(path.arc[0])
+
+    def fallen(below, left, right, width):
+        """Return the area that falls below a place, from points of the cell."""
+        density = [
+            (min(below, x + width) - (x - width)) / (2.0 * width)
+            if below > x - width
+            else 0.0
+            for x in np.linspace(left, right, 2001)
+        ]
+        return (right - left) * float(np.mean(density))
+
+    share = spreading(a, path.arc[0]).toarray()
+    rng = np.random.default_rng(5)
+    for node, contact in rng.integers(0, len(s), (40, 2)):
+        expected = 0.0
+        low, high = edges[contact : contact + 2]
+        for left, right in (
+            (low, high),
+            (2.0 * edges[0] - high, 2.0 * edges[0] - low),
+            (2.0 * edges[-1] - high, 2.0 * edges[-1] - low),
+        ):
+            above, below = (
+                fallen(edges[node + end], left, right, a[contact]) for end in (1, 0)
+            )
+            expected += above - below
+        width = edges[node + 1] - edges[node]
+        if width > 0.0:
+            assert share[node, contact] == pytest.approx(
+                expected / width, rel=2e-3, abs=1e-6
+            )
 
 
 def test_squares_of_a_contact_patch_are_refused_before_they_fill_the_memory(make_path):

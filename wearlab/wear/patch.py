@@ -35,13 +35,13 @@ value turns negative. What would fall off either end of the path is reflected th
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache, wraps
-from typing import TYPE_CHECKING, Any, ClassVar, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.sparse import block_diag, csr_array, diags_array
 
-from wearlab.arrays import Array
+from wearlab.arrays import Array, Index
 from wearlab.gears.specification import GearError
 from wearlab.wear.path import WearPath, contact_half_width
 from wearlab.wear.widths import NodeForces
@@ -56,9 +56,8 @@ KEPT, MAX_NODES = 8, 400
 """Matrices of patches that a process remembers, and the nodes beyond which it does not:
 some 30 MB in all."""
 FLOAT_BYTES = 8
-MATRICES_AT_ONCE = 7  # of n by n nodes, while the shares of a patch are computed
-MAX_BYTES = 16e9  # that these may take
-MAX_POINTS = 16_000  # of a profile, by `MAX_BYTES`, with a few nodes more at its ends
+ARRAYS_AT_ONCE = 12  # of the nodes that contacts reach, while their shares are computed
+MAX_BYTES = 10e9  # that these may take
 
 MIN_SHARE = 0.2
 """Share of the mesh force below which the width of a patch does not shrink further."""
@@ -228,9 +227,7 @@ def spread_matrix(half_width: Array, path: WearPath) -> csr_array:
     path : the path of contact
     """
     blocks = [
-        csr_array(spreading(row, arc))
-        for arc in path.arc
-        for row in np.atleast_2d(half_width)
+        spreading(row, arc) for arc in path.arc for row in np.atleast_2d(half_width)
     ]
     return csr_array(block_diag(blocks, format="csr"))
 
@@ -249,7 +246,30 @@ def effective_wear_matrix(spread: csr_array, path: WearPath) -> csr_array:
     return csr_array(diags_array(1.0 / length) @ spread.T @ diags_array(length))
 
 
-def spreading(half_width: Array, arc: Array) -> Array:
+class Reach(NamedTuple):
+    """The nodes on which the wear of contacts falls, or of their mirror images.
+
+    Parameters
+    ----------
+    contact : (m,) those that reach any node
+    left, right : (m,) ends of their cells, or of the cells' images [m]
+    first, last : (m,) first and last of the nodes' edges between which it falls
+    """
+
+    contact: Index
+    left: Array
+    right: Array
+    first: Index
+    last: Index
+
+    @property
+    def entries(self) -> int:
+        """Nodes of all contacts, as many for each as for the widest."""
+        widest = (self.last - self.first).max(initial=0)
+        return int(len(self.contact) * widest)
+
+
+def spreading(half_width: Array, arc: Array) -> csr_array:
     """Return the share of each contact's wear that falls on each node, S_ij, (n, n).
 
     Parameters
@@ -263,38 +283,77 @@ def spreading(half_width: Array, arc: Array) -> Array:
         reflected at the ends of the flank
     """
     require_narrow(half_width, arc)
-    needed = MATRICES_AT_ONCE * FLOAT_BYTES * len(arc) ** 2
-    if needed > MAX_BYTES:
-        raise GearError(
-            f"numerics.profile_points: {len(arc)} nodes along the profile need "
-            f"{needed / 1e9:.3g} GB for the contact patch, more than "
-            f"{MAX_BYTES / 1e9:g} GB: give at most {MAX_POINTS} profile_points, or a "
-            "larger numerics.tolerance"
-        )
     edges = cell_edges(arc)
+    width = np.diff(edges)
     a = np.maximum(half_width, 1e-300)
     low = edges[:-1]
     high = edges[1:]
-    width = np.diff(edges)
-    share = np.zeros((len(arc), len(arc)))
-    for end in (
-        None,
-        edges[0],
-        edges[-1],
-    ):  # the cells themselves, then their mirror images in the two ends
-        left, right = (
-            (low, high) if end is None else (2.0 * end - high, 2.0 * end - low)
-        )
-        edge = np.clip(edges[:, None], left - a, right + a)
-        share += np.diff(
-            _collected(edge - left, a) - _collected(edge - right, a), axis=0
-        )
-    return np.divide(
-        share,
-        width[:, None],
-        out=np.zeros_like(share),
-        where=np.outer(width, width) > 0.0,
+    images = [(low, high)]
+    images += [(2.0 * end - high, 2.0 * end - low) for end in edges[[0, -1]]]
+    reaches = [_reach(edges, a, *image) for image in images]
+    _require_memory(len(arc), max(reach.entries for reach in reaches))
+
+    falls = [_shares(edges, a, reach) for reach in reaches]
+    node, contact, area = map(np.concatenate, zip(*falls, strict=True))
+    has_length = (width[node] > 0.0) & (width[contact] > 0.0)
+    at = node[has_length], contact[has_length]
+    share = area[has_length] / width[at[0]]
+    return csr_array((share, at), (len(arc), len(arc)))
+
+
+def _reach(edges: Array, a: Array, left: Array, right: Array) -> Reach:
+    """Return the nodes that contacts reach from cells, or from images of cells.
+
+    Parameters
+    ----------
+    edges : (n + 1,) of the nodes' cells, ascending [m]
+    a : (n,) half widths [m]
+    left, right : (n,) ends of the contacts' cells [m]
+    """
+    contact = np.flatnonzero((right + a > edges[0]) & (left - a < edges[-1]))
+    left = left[contact]
+    right = right[contact]
+    first = np.searchsorted(edges, left - a[contact], side="right") - 1
+    last = np.searchsorted(edges, right + a[contact], side="left")
+    return Reach(
+        contact, left, right, np.maximum(first, 0), np.minimum(last, len(edges) - 1)
     )
+
+
+def _require_memory(nodes: int, entries: int) -> None:
+    """Refuse nodes whose shares would fill the memory."""
+    needed = ARRAYS_AT_ONCE * FLOAT_BYTES * entries
+    if needed <= MAX_BYTES:
+        return
+    fewer = int(0.95 * nodes * (MAX_BYTES / needed) ** 0.5)
+    raise GearError(
+        f"numerics.profile_points: {nodes} nodes along the profile need "
+        f"{needed / 1e9:.3g} GB for the contact patch, more than "
+        f"{MAX_BYTES / 1e9:g} GB: give at most {fewer} profile_points, or a "
+        "larger numerics.tolerance"
+    )
+
+
+def _shares(edges: Array, a: Array, reach: Reach) -> tuple[Index, Index, Array]:
+    """Return the node, the contact and the worn area of every share, (k,) [m].
+
+    Parameters
+    ----------
+    edges : (n + 1,) of the nodes' cells, ascending [m]
+    a : (n,) half widths [m]
+    reach : of the contacts
+    """
+    widest = (reach.last - reach.first).max(initial=0)
+    number = reach.first[:, None] + np.arange(widest + 1)
+    number = np.minimum(number, reach.last[:, None])
+    left = reach.left[:, None]
+    right = reach.right[:, None]
+    a = a[reach.contact][:, None]
+    edge = np.clip(edges[number], left - a, right + a)
+    area = np.diff(_collected(edge - left, a) - _collected(edge - right, a), axis=1)
+    falls = area != 0.0
+    contact = np.broadcast_to(reach.contact[:, None], area.shape)
+    return number[:, :-1][falls], contact[falls], area[falls]
 
 
 def require_narrow(half_width: Array, arc: Array) -> None:

@@ -103,8 +103,8 @@ def _expand(series: Any, held: Any, mesh: Any, inputs: Any, h: float) -> int:
     terms = series.terms
     sensed = series.sensed
     w = terms.shape[2]
-    multiply(series.direction, terms[0], sensed[0])
-    multiply(series.direction, terms[1], sensed[1])
+    multiply(series.by_direction, terms[0], sensed[0])
+    multiply(series.by_direction, terms[1], sensed[1])
     size = largest(terms[0], 0, 1) + largest(terms[1], 0, 1)
     small_terms = 0
     for j in range(TERMS - 2):
@@ -116,7 +116,7 @@ def _expand(series: Any, held: Any, mesh: Any, inputs: Any, h: float) -> int:
         for row in range(term.shape[0]):
             for col in range(np.uint64(0), np.uint64(w)):
                 term[row, col] /= (j + 1.0) * (j + 2.0)
-        multiply(series.direction, term, sensed[j + 2])
+        multiply(series.by_direction, term, sensed[j + 2])
 
         is_small = largest(term, 0, 1) <= LEFT_OUT * size
         is_small = is_small and (w == 1 or largest(term, 1, w) <= LEFT_OUT_OF_TANGENTS)
@@ -133,8 +133,8 @@ def _start_term(series: Any, j: int, h: float) -> None:
     term = terms[j + 2]
     square = h * h
     rate = h * (j + 1)
-    multiply(series.stiffness, terms[j], term)
-    multiply(series.damping, terms[j + 1], series.product)
+    multiply(series.by_stiffness, terms[j], term)
+    multiply(series.by_damping, terms[j + 1], series.product)
     for row in range(terms.shape[1]):
         for col in range(np.uint64(0), np.uint64(terms.shape[2])):
             term[row, col] = -square * term[row, col] - rate * series.product[row, col]
@@ -149,8 +149,7 @@ def _add_channels(series: Any, mesh: Any, j: int, h: float) -> None:
     """
     term = series.terms[j + 2]
     sensed = series.sensed
-    enters = series.enters
-    n = series.terms.shape[1]
+    enters = series.by_inputs
     w = series.terms.shape[2]
     meshes = sensed.shape[1]
     channels = len(series.jump)
@@ -172,10 +171,10 @@ def _add_channels(series: Any, mesh: Any, j: int, h: float) -> None:
             for col in range(np.uint64(0), np.uint64(w)):
                 force[col] += square * k[power] * sensed[j - power, m, col]
                 force[col] += slower * sensed[j + 1 - power, m, col]
-        for row in range(n):
-            if enters[c, row] != 0.0:
-                for col in range(np.uint64(0), np.uint64(w)):
-                    term[row, col] -= enters[c, row] * force[col]
+        for entry in range(enters.begin[c], enters.begin[c + 1]):
+            row = enters.column[entry]
+            for col in range(np.uint64(0), np.uint64(w)):
+                term[row, col] -= enters.entry[entry] * force[col]
 
 
 @jit_inner(counted=False, inline=True)
@@ -408,18 +407,26 @@ def next_change(
     pairs = len(flanks.meshes.pairs)
     h = (end - a) * flanks.tables.width[step] * flanks.period
     for m in range(len(flanks.meshes.damping)):
+        middle = horner(sensed[:, m, 0], terms, 0.5)
+        last = horner(sensed[:, m, 0], terms, 1.0)
         for f in range(2 * (pairs + 1)):
             p = f % (pairs + 1)
+            changed = m == mesh and f == flank
             if f <= pairs:
                 if not _may_touch(flanks, step, m, p):
+                    continue
+                if not changed and not _touch_differs(
+                    flanks, step, a, end, m, p, middle[0], last[0]
+                ):
                     continue
                 _course_of_touch(sensed, flanks, step, a, end, m, p, h, terms, course)
             else:
                 if not _may_cease_to_push(flanks, m, p):
                     continue
+                if not changed and not _push_differs(flanks, m, p, h, middle, last):
+                    continue
                 _course_of_push(sensed, flanks, m, p, h, terms, course)
 
-            changed = m == mesh and f == flank
             u = first_root(course, terms, changed)
             if u < earliest:
                 earliest = u
@@ -444,6 +451,58 @@ def _may_cease_to_push(flanks: Any, m: int, p: int) -> bool:
 
 
 @jit_inner(counted=False, inline=True)
+def _touch_differs(
+    flanks: Any,
+    step: int,
+    a: float,
+    end: float,
+    m: int,
+    p: int,
+    middle_place: float,
+    end_place: float,
+) -> bool:
+    """Whether a spring or back flank touches otherwise in the middle or at the end."""
+    sign = _sign_of_touch(flanks, m, p)
+    middle = middle_place - place_of_touch(flanks, step, m, p, a + 0.5 * (end - a))
+    last = end_place - place_of_touch(flanks, step, m, p, end)
+    return bool(sign * middle < 0.0 or sign * last < 0.0)
+
+
+@jit_inner(counted=False, inline=True)
+def _push_differs(
+    flanks: Any,
+    m: int,
+    p: int,
+    h: float,
+    middle: tuple[float, float],
+    last: tuple[float, float],
+) -> bool:
+    """Whether a pair that touches pushes otherwise in the middle or at the end.
+
+    Parameters
+    ----------
+    flanks, m, p : of the kernel, a mesh and a flank of it
+    h : duration of the part [s]
+    middle, last : d·q [m] and its change over the part [m] then
+    """
+    law = flanks.scratch.law[0, :, m, p]
+    sign = 1.0 if flanks.scratch.pushes[m, p] else -1.0
+    in_middle = mesh_law.normal_force(law[1], middle[0], middle[1] / h)
+    at_end = mesh_law.normal_force(law[2], last[0], last[1] / h)
+    return bool(sign * in_middle < 0.0 or sign * at_end < 0.0)
+
+
+@jit_inner(counted=False, inline=True)
+def _sign_of_touch(flanks: Any, m: int, p: int) -> float:
+    """Return 1 where d·q lies beyond the place of touch until contact changes, else −1.
+
+    It does for a spring that touches, and for a back flank that does not.
+    """
+    touches = flanks.scratch.touch[m, p]
+    return 1.0 if touches == (p < len(flanks.meshes.pairs)) else -1.0
+
+
+@jit_inner(counted=False, inline=True)
 def _course_of_touch(
     sensed: Any,
     flanks: Any,
@@ -457,8 +516,7 @@ def _course_of_touch(
     course: Any,
 ) -> None:
     """Write how far a spring or back flank is from beginning or ceasing to touch."""
-    touches = flanks.scratch.touch[m, p]
-    sign = 1.0 if touches == (p < len(flanks.meshes.pairs)) else -1.0
+    sign = _sign_of_touch(flanks, m, p)
     first = place_of_touch(flanks, step, m, p, a)
     middle = place_of_touch(flanks, step, m, p, a + 0.5 * (end - a))
     last = place_of_touch(flanks, step, m, p, end)

@@ -13,6 +13,7 @@ from typing import Any, NamedTuple, cast
 
 import numpy as np
 from numba.cpython.unsafe.tuple import tuple_setitem
+from scipy.sparse import csr_array
 
 from wearlab.arrays import Array, Flags, Index
 from wearlab.compiled import jit_inner
@@ -85,8 +86,8 @@ class Propagated(NamedTuple):
     tables : what the exact steps are made of
     slot, paired : (n_steps,) which of the tables a step takes, and whether it and the
         next are equal and smooth across
-    sense, feed, force, moved : scratch (8 n_mesh, w), (8 n_mesh, w), (5 n_input, w),
-        (2n, w)
+    sense, feed, force, moved : scratch (10 n_mesh, w), (8 n_mesh, w), (5 n_input, w),
+        (4n, w)
     """
 
     direction: Array
@@ -119,6 +120,27 @@ class Meshes(NamedTuple):
     channels: Array
 
 
+class Sparse(NamedTuple):
+    """The entries of a matrix that are not 0, row by row.
+
+    Parameters
+    ----------
+    begin : (n_rows + 1,) where each row begins among the entries
+    column, entry : (n_entries,)
+    """
+
+    begin: Index
+    column: Index
+    entry: Array
+
+    @classmethod
+    def of(cls, matrix: Array) -> "Sparse":
+        """Return the entries of a matrix."""
+        rows = csr_array(matrix)
+        begin, column = (part.astype(np.int64) for part in (rows.indptr, rows.indices))
+        return cls(begin, column, rows.data)
+
+
 class PowerSeries(NamedTuple):
     """What a power series of the motion between two changes is made of, and its memory.
 
@@ -127,6 +149,7 @@ class PowerSeries(NamedTuple):
     stiffness, damping : (n, n) M⁻¹ K, M⁻¹ C without the meshes
     direction : (n_mesh, n)
     enters : (n_input, n) accelerations by the inputs, see `Scratch`
+    by_stiffness, by_damping, by_direction, by_inputs : the same, of few entries
     terms, sensed : (TERMS, n, w) of the motion, (TERMS, n_mesh, w) of d·q
     product, force : (n, w), (w,) scratch
     polynomial : (TERMS + 2,) of one flank
@@ -137,6 +160,10 @@ class PowerSeries(NamedTuple):
     damping: Array
     direction: Array
     enters: Array
+    by_stiffness: Sparse
+    by_damping: Sparse
+    by_direction: Sparse
+    by_inputs: Sparse
     terms: Array
     sensed: Array
     product: Array
@@ -279,19 +306,23 @@ def copy(
 
 @jit_inner(counted=False)
 def multiply(matrix: Any, x: Any, out: Any) -> None:
-    """Write ``matrix @ x`` into ``out`` without BLAS, for matrices of many zeros.
+    """Write ``matrix @ x`` into ``out`` for a `Sparse` matrix.
 
-    Kernels that count no references cannot call `times`. Exact steps, whose matrices
-    are full, take twice as long by this.
+    Kernels that count no references cannot call `times`.
     """
-    for row in range(matrix.shape[0]):
-        for col in range(np.uint64(0), np.uint64(x.shape[1])):
+    for row in range(len(matrix.begin) - 1):
+        first = 0.0  # in a register: most states have one column
+        for k in range(matrix.begin[row], matrix.begin[row + 1]):
+            first += matrix.entry[k] * x[matrix.column[k], 0]
+        out[row, 0] = first
+
+        for col in range(np.uint64(1), np.uint64(x.shape[1])):
             out[row, col] = 0.0
-        for k in range(matrix.shape[1]):
-            entry = matrix[row, k]
-            if entry != 0.0:
-                for col in range(np.uint64(0), np.uint64(x.shape[1])):
-                    out[row, col] += entry * x[k, col]
+        if x.shape[1] == 1:
+            continue
+        for k in range(matrix.begin[row], matrix.begin[row + 1]):
+            for col in range(np.uint64(1), np.uint64(x.shape[1])):
+                out[row, col] += matrix.entry[k] * x[matrix.column[k], col]
 
 
 @lru_cache(maxsize=16)
@@ -375,12 +406,18 @@ def kernel_of(
 
 
 class _Matrices(NamedTuple):
-    """M⁻¹K, M⁻¹C, the directions, and accelerations by the inputs of known size."""
+    """M⁻¹K, M⁻¹C, the directions, and accelerations by the inputs of known size.
+
+    Of the first three also the entries that are not 0.
+    """
 
     stiffness: Array
     damping: Array
     direction: Array
     enters: Array
+    by_stiffness: Sparse
+    by_damping: Sparse
+    by_direction: Sparse
 
 
 @lru_cache(maxsize=16)
@@ -391,11 +428,17 @@ def _matrices(system: System) -> _Matrices:
     if fluctuation is None:
         fluctuation = np.zeros(len(system.load))
     forces = np.vstack([system.force_vectors[1], system.load, fluctuation])
+    stiffness = inverse @ system.total_stiffness
+    damping = inverse @ system.total_damping
+    direction = np.ascontiguousarray(system.direction, float)
     return _Matrices(
-        stiffness=inverse @ system.total_stiffness,
-        damping=inverse @ system.total_damping,
-        direction=np.ascontiguousarray(system.direction, float),
+        stiffness=stiffness,
+        damping=damping,
+        direction=direction,
         enters=forces @ inverse.T,
+        by_stiffness=Sparse.of(stiffness),
+        by_damping=Sparse.of(damping),
+        by_direction=Sparse.of(direction),
     )
 
 
@@ -406,11 +449,16 @@ def _power_series(
     n = len(matrices.stiffness)
     meshes = tables.stiffness.shape[2]
     channels = len(matrices.enters) - 2  # the constant and the fluctuating load
+    enters = np.vstack([matrices.enters, balance.push])
     return PowerSeries(
         stiffness=matrices.stiffness,
         damping=matrices.damping,
         direction=matrices.direction,
-        enters=np.vstack([matrices.enters, balance.push]),
+        enters=enters,
+        by_stiffness=matrices.by_stiffness,
+        by_damping=matrices.by_damping,
+        by_direction=matrices.by_direction,
+        by_inputs=Sparse.of(enters),
         terms=np.zeros((TERMS, n, width)),
         sensed=np.zeros((TERMS, meshes, width)),
         product=np.zeros((n, width)),
@@ -461,10 +509,10 @@ def _propagated(
         tables=propagator,
         slot=slot,
         paired=paired_steps(tables),
-        sense=np.zeros((8 * meshes, width)),
+        sense=np.zeros((10 * meshes, width)),
         feed=np.zeros((8 * meshes, width)),
         force=force.reshape(5 * inputs, width),
-        moved=np.zeros((2 * n, width)),
+        moved=np.zeros((4 * n, width)),
     )
 
 

@@ -169,6 +169,19 @@ def set_touching(
     flanks, step, stage, x, m : as in `fill_laws_of_mesh`
     place : d·q of the mesh at that instant [m]
     """
+    _set_touching(flanks, step, stage, x, m, place)
+
+
+@jit_inner(counted=False, inline=True)
+def _set_touching(
+    flanks: Any,
+    step: int,
+    stage: int,
+    x: float,
+    m: int,
+    place: float,
+) -> None:
+    """Do what `set_touching` does as part of the caller."""
     tables = flanks.tables
     touch = flanks.scratch.touch
     pairs = len(flanks.meshes.pairs)
@@ -204,8 +217,8 @@ def set_pushing(flanks: Any, m: int, place: float, speed: float, law: Any) -> No
         )
 
 
-@jit(counted=False)
-def contact_differs(
+@jit_inner(counted=False, inline=True)
+def _contact_differs(
     flanks: Any,
     step: int,
     stage: int,
@@ -274,6 +287,20 @@ def fill_laws_of_mesh(
     ----------
     L16 Eq. 6, recentred; W23 Eq. 36: the gaps of worn pairs.
     """
+    _fill_laws_of_mesh(flanks, step, stage, x, m, law, rub)
+
+
+@jit_inner(counted=False, inline=True)
+def _fill_laws_of_mesh(
+    flanks: Any,
+    step: int,
+    stage: int,
+    x: float,
+    m: int,
+    law: Any,
+    rub: Any,
+) -> None:
+    """Do what `fill_laws_of_mesh` does as part of the caller."""
     tables = flanks.tables
     frequency = 1.0 / flanks.period
     error = of_mesh(tables.error, step, stage, m, x)
@@ -418,7 +445,7 @@ def fill_flank_laws(flanks: Any, step: int, a: float, b: float, half: int) -> No
         at = stage if whole else WITHIN
         x = a + 0.5 * stage * (b - a)
         for m in range(len(flanks.meshes.damping)):
-            fill_laws_of_mesh(flanks, step, at, x, m, law[stage, m], rub[stage, m])
+            _fill_laws_of_mesh(flanks, step, at, x, m, law[stage, m], rub[stage, m])
 
 
 @jit(counted=False)
@@ -510,24 +537,41 @@ def fill_load_inputs(
 
 
 @jit_inner(counted=False, inline=True)
-def set_contact_at_start(kernel: Any, step: int, w: Any, states: Any, i: Any) -> None:
+def set_motion(kernel: Any, stage: int, w: Any, states: Any, i: Any) -> None:
+    """Write the motion of all meshes at a stage of a step into the scratch.
+
+    Parameters
+    ----------
+    kernel, stage : the system, and the stage, `START` or `END`
+    w : columns of a state
+    states, i : flat states; that of the stage begins at ``states[i]``
+    """
+    motion = kernel.flanks.scratch.motion
+    for m in range(len(kernel.flanks.meshes.damping)):
+        place, speed = motion_of(kernel.structure, m, w, states, i)
+        motion[stage, m, 0] = place
+        motion[stage, m, 1] = speed
+
+
+@jit(counted=False)
+def set_contact(flanks: Any, step: int) -> None:
     """Set what touches and pushes at the start of a step; fill the laws of its flanks.
 
     Parameters
     ----------
-    kernel, step : the system, and a step of its tables
-    w : columns of a state
-    states, i : flat states; that of the start begins at ``states[i]``
+    flanks, step : of the kernel, and a step of its tables; the scratch has the motion
+        of the meshes at the start
     """
-    for m in range(len(kernel.flanks.meshes.damping)):
-        place, _ = motion_of(kernel.structure, m, w, states, i)
-        set_touching(kernel.flanks, step, START, 0.0, m, place)
+    meshes = len(flanks.meshes.damping)
+    motion = flanks.scratch.motion[START]
+    for m in range(meshes):
+        _set_touching(flanks, step, START, 0.0, m, motion[m, 0])
 
-    fill_flank_laws(kernel.flanks, step, 0.0, 1.0, THIS)
+    fill_flank_laws(flanks, step, 0.0, 1.0, THIS)
 
-    for m in range(len(kernel.flanks.meshes.damping)):
-        place, speed = motion_of(kernel.structure, m, w, states, i)
-        set_pushing(kernel.flanks, m, place, speed, kernel.flanks.scratch.law[0, 0, m])
+    law = flanks.scratch.law[THIS, START]
+    for m in range(meshes):
+        set_pushing(flanks, m, motion[m, 0], motion[m, 1], law[m])
 
 
 @jit_inner(counted=False, inline=True)
@@ -543,39 +587,33 @@ def set_permanent_contact(flanks: Any, step: int) -> None:
         scratch.pushes[m, pairs] = False
 
 
-@jit_inner(counted=False, inline=True)
-def contact_holds(
-    kernel: Any,
-    step: int,
-    w: Any,
-    states: Any,
-    i: Any,
-    j: Any,
-    half: int,
-) -> bool:
+@jit(counted=False)
+def contact_holds(flanks: Any, step: int, half: int) -> bool:
     """Whether contact is right in the middle and at the end of a step.
 
     The middle is that of the cubic Hermite polynomial between both ends.
 
     Parameters
     ----------
-    kernel, step : the system, and a step of its tables
-    w : columns of a state
-    states, i, j : flat states; the step leads from ``states[i:]`` to ``states[j:]``
+    flanks, step : of the kernel, and a step of its tables; the scratch has the motion
+        of the meshes at start and end
     half : of the scratch that holds the laws of the step
     """
-    h = kernel.flanks.tables.width[step] * kernel.flanks.period
-    law = kernel.flanks.scratch.law[half]
-    for m in range(len(kernel.flanks.meshes.damping)):
-        first_place, first_speed = motion_of(kernel.structure, m, w, states, i)
-        place, speed = motion_of(kernel.structure, m, w, states, j)
-        if contact_differs(kernel.flanks, step, END, m, place, speed, law[2, m]):
+    h = flanks.tables.width[step] * flanks.period
+    law = flanks.scratch.law[half]
+    motion = flanks.scratch.motion
+    for m in range(len(flanks.meshes.damping)):
+        first_place = motion[START, m, 0]
+        first_speed = motion[START, m, 1]
+        place = motion[END, m, 0]
+        speed = motion[END, m, 1]
+        if _contact_differs(flanks, step, END, m, place, speed, law[END, m]):
             return False
 
         middle_place = 0.5 * (first_place + place) + 0.125 * h * (first_speed - speed)
         middle_speed = 1.5 * (place - first_place) / h - 0.25 * (first_speed + speed)
-        if contact_differs(
-            kernel.flanks, step, MIDST, m, middle_place, middle_speed, law[1, m]
+        if _contact_differs(
+            flanks, step, MIDST, m, middle_place, middle_speed, law[MIDST, m]
         ):
             return False
     return True

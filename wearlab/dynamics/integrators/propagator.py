@@ -47,19 +47,16 @@ class Steps(NamedTuple):
 
     Parameters
     ----------
-    transition : (n_lengths, 2n, 2n) e^{At} over the whole
-    inputs : (n_lengths, 2n, n_stages · n_input) effect of the inputs at all stages
-    between, between_inputs : the same up to the middle
-    sense : (n_lengths, 2 (n_stages − 1) n_mesh, 2n) δ at all stages but the first, then
-        δ̇, without inputs
+    transition : (n_lengths, n_steps · 2n, 2n) e^{At} to the end of each step
+    inputs : (n_lengths, n_steps · 2n, n_stages · n_input) effect of the inputs at all
+        stages by then
+    sense : (n_lengths, 2 n_stages n_mesh, 2n) δ at all stages, then δ̇, without inputs
     feed : (n_lengths, 2 (n_stages − 1) n_mesh, n_stages · n_input) what inputs add to
-        them
+        them after the first stage
     """
 
     transition: Array
     inputs: Array
-    between: Array
-    between_inputs: Array
     sense: Array
     feed: Array
 
@@ -230,13 +227,12 @@ def _steps(stages: list[Array], direction: Array) -> Steps:
         by_value = np.einsum("lrjc,js->lrsc", by_derivative, rates)
         effects.append(by_value.reshape(len(table), 2 * n, -1))
 
-    middle = len(stages) // 2 - 1
+    start = np.broadcast_to(np.eye(2 * n), transitions[0].shape)
+    at_ends = slice(1, None, 2)  # the first later stage is the middle of a step
     return Steps(
-        transition=np.ascontiguousarray(transitions[-1]),
-        inputs=np.ascontiguousarray(effects[-1]),
-        between=np.ascontiguousarray(transitions[middle]),
-        between_inputs=np.ascontiguousarray(effects[middle]),
-        sense=_projected(transitions, direction),
+        transition=np.concatenate(transitions[at_ends], axis=1),
+        inputs=np.concatenate(effects[at_ends], axis=1),
+        sense=_projected([start, *transitions], direction),
         feed=_projected(effects, direction),
     )
 
@@ -332,29 +328,18 @@ def exact_steps(
     """
     slot = structure.slot[step]
     rows = np.uint64(2 * len(structure.coordinates))
-    count = later // 2
+    after = rows * np.uint64(later // 2)
     force = structure.force[: (later + 1) * (len(structure.force) // 5)]
-    state = states[: np.uint64(1 + count) * rows * w].reshape(
-        (np.uint64(1 + count), rows, w)
-    )
-    solve_forces(structure, scratch, steps, slot, later, state[0])
-    if later == OF_TWO:
-        advance(
-            steps.between[slot],
-            steps.between_inputs[slot],
-            state[0],
-            force,
-            structure.moved,
-            state[1],
-        )
-    advance(
-        steps.transition[slot],
-        steps.inputs[slot],
-        state[0],
-        force,
-        structure.moved,
-        state[count],
-    )
+    moved = structure.moved[:after]
+    start = states[: rows * w].reshape((rows, w))
+    ends = states[rows * w : (rows + after) * w]
+
+    solve_forces(structure, scratch, steps, slot, later, start)
+    times(steps.transition[slot], start, ends.reshape((after, w)))
+    times(steps.inputs[slot], force, moved)
+    added = moved.reshape(moved.size)
+    for x in range(np.uint64(0), np.uint64(len(ends))):
+        ends[x] += added[x]
 
 
 @jit_inner
@@ -364,7 +349,7 @@ def solve_forces(
     steps: Any,
     slot: int,
     later: int,
-    old: Any,
+    start: Any,
 ) -> None:
     """Find the inputs at all stages of a step, or of two, into ``structure.force``.
 
@@ -374,60 +359,26 @@ def solve_forces(
     s : the scratch, with laws of the channels and inputs
     steps, slot : tables, and which of their lengths
     later : stages after the first, `OF_ONE` or `OF_TWO`
-    old : (2n, w) state at the start
+    start : (2n, w) state at the start
     """
     tables = structure.tables
-    n = len(structure.coordinates)
-    meshes = len(structure.sense) // 8
+    meshes = len(structure.sense) // 10
     rates = damping_differs(tables, s.mesh[0])
     if later > OF_ONE:
         rates = rates or damping_differs(tables, s.mesh[1])
-    sensed = 2 * later * meshes if rates else later * meshes
-    sense = structure.sense[:sensed]
-    feed = structure.feed[:sensed]
+    quantities = 2 if rates else 1
+    sensed = quantities * (later + 1) * meshes
+    fed = quantities * later * meshes
     force = structure.force[: (later + 1) * (len(structure.force) // 5)]
-    times(steps.sense[slot][:sensed], old, sense)
-    # The guess: d·q and d·q̇ are those of the start, written into the scratch that is
-    # free then.
-    direction = structure.direction[: meshes * n].reshape((meshes, n))
-    times(direction, old[:n], feed[:meshes])
-    if rates:
-        times(direction, old[n:], feed[meshes : 2 * meshes])
-    for at in range(later + 1):
-        fill_force(structure, s, at, 0, meshes, 0.0, rates)
+    times(steps.sense[slot][:sensed], start, structure.sense[:sensed])
+
+    guess_forces(structure, s, later, rates)
     for _ in range(ROUNDS_WITH_RATES if rates else ROUNDS):
-        times(steps.feed[slot][:sensed], force, feed)
-        for at in range(1, later + 1):
-            fill_force(structure, s, at, (at - 1) * meshes, later * meshes, 1.0, rates)
+        times(steps.feed[slot][:fed], force, structure.feed[:fed])
+        correct_forces(structure, s, later, rates)
 
 
-@jit_inner
-def advance(
-    transition: Any,
-    inputs: Any,
-    old: Any,
-    force: Any,
-    moved: Any,
-    new: Any,
-) -> None:
-    """Write ``transition @ old + inputs @ force`` into ``new``.
-
-    Parameters
-    ----------
-    transition, inputs : (2n, 2n), (2n, n_force) tables
-    old, new : (2n, w) states at the start and at the end
-    force : (n_force, w) inputs at all stages
-    moved : (2n, w) scratch
-    """
-    times(transition, old, new)
-    times(inputs, force, moved)
-    out = new.reshape(new.size)
-    added = moved.reshape(moved.size)
-    for x in range(np.uint64(0), np.uint64(len(out))):
-        out[x] += added[x]
-
-
-@jit_inner
+@jit_inner(counted=False)
 def damping_differs(tables: Any, mesh: Any) -> bool:
     """Whether a mesh is damped otherwise than the linear part has it.
 
@@ -447,50 +398,79 @@ def damping_differs(tables: Any, mesh: Any) -> bool:
     return False
 
 
-@jit_inner
-def fill_force(
-    structure: Any,
-    s: Any,
-    at: int,
-    first: int,
-    below: int,
-    sensed: float,
-    rates: bool,
-) -> None:
-    """Fill the inputs of a stage from deflections, ``sensed sense + feed``.
+@jit_inner(counted=False)
+def guess_forces(structure: Any, s: Any, later: int, rates: bool) -> None:
+    """Fill the inputs of all stages from the deflections at the first.
 
     Parameters
     ----------
-    structure, s : as in `solve_forces`
-    at : the stage
-    first : row of the first mesh's deflection at that stage
-    below : rows from a deflection to its rate
-    sensed : 1.0, or 0.0 for a guess that is in ``feed`` alone
+    structure, s, later : as in `solve_forces`
     rates : whether dampings differ from those of the linear part
     """
-    tables = structure.tables
-    force = structure.force
+    sense = structure.sense
+    meshes = len(sense) // 10
+    channels = len(structure.tables.stiffness)
+    inputs = len(structure.force) // 5
+    rate_of_first = (later + 1) * meshes
+    for at in range(later + 1):
+        for c in range(inputs):
+            row = structure.force[at * inputs + c]
+            k, b, offset = _less_linear(structure, s, at, c, rates)
+            if c >= channels:
+                row[0] = offset
+                continue
+            m = c % meshes
+            for col in range(np.uint64(0), np.uint64(len(row))):
+                row[col] = k * sense[m, col]
+                if rates:
+                    row[col] += b * sense[rate_of_first + m, col]
+            row[0] += offset
+
+
+@jit_inner(counted=False)
+def correct_forces(structure: Any, s: Any, later: int, rates: bool) -> None:
+    """Fill the inputs of later stages from the deflections there, ``sense + feed``.
+
+    Parameters
+    ----------
+    structure, s, later, rates : as in `guess_forces`
+    """
     sense = structure.sense
     feed = structure.feed
+    meshes = len(sense) // 10
+    channels = len(structure.tables.stiffness)
+    inputs = len(structure.force) // 5
+    for at in range(1, later + 1):
+        for c in range(channels):
+            row = structure.force[at * inputs + c]
+            k, b, offset = _less_linear(structure, s, at, c, rates)
+            m = at * meshes + c % meshes
+            fed = m - meshes
+            for col in range(np.uint64(0), np.uint64(len(row))):
+                row[col] = k * (sense[m, col] + feed[fed, col])
+                if rates:
+                    rate = sense[m + (later + 1) * meshes, col]
+                    row[col] += b * (rate + feed[fed + later * meshes, col])
+            row[0] += offset
+
+
+@jit_inner(counted=False, inline=True)
+def _less_linear(
+    structure: Any, s: Any, at: int, c: int, rates: bool
+) -> tuple[float, float, float]:
+    """Return what an input is made of at a stage: ``k̄ − k``, ``c̄ − c`` and w.
+
+    Of a load, which is no channel, stiffness and damping are 0.
+    """
+    tables = structure.tables
     half = 0 if at <= OF_ONE else 1
     stage = at - half * OF_ONE
     mesh = s.mesh[half]
-    offset = s.inputs[half, stage]
     channels = len(tables.stiffness)
-    inputs = len(force) // 5
-    meshes = len(sense) // 8
-    for c in range(inputs):
-        row = force[at * inputs + c]
-        m = first + c % meshes
-        if c < channels:
-            k = tables.stiffness[c] - mesh[stage * channels + c]
-            b = tables.damping[c] - mesh[(3 + stage) * channels + c] if rates else 0.0
-            for col in range(np.uint64(0), np.uint64(len(row))):
-                row[col] = k * (sensed * sense[m, col] + feed[m, col])
-                if rates:
-                    row[col] += b * (
-                        sensed * sense[m + below, col] + feed[m + below, col]
-                    )
-            row[0] += offset[c]
-        else:
-            row[0] = offset[c]
+    k = 0.0
+    b = 0.0
+    if c < channels:
+        k = tables.stiffness[c] - mesh[stage * channels + c]
+        if rates:
+            b = tables.damping[c] - mesh[(3 + stage) * channels + c]
+    return k, b, s.inputs[half, stage, c]

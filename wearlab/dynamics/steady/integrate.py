@@ -27,7 +27,7 @@ from wearlab.dynamics.integrators.kernel import (
     structure_of,
     write,
 )
-from wearlab.dynamics.integrators.mesh_law import NEXT, THIS
+from wearlab.dynamics.integrators.mesh_law import END, NEXT, START, THIS
 from wearlab.dynamics.rigid import rebalance, solved_load
 from wearlab.dynamics.steady.response import Counts, Response, Verdict, split_periods
 from wearlab.dynamics.system import System
@@ -76,12 +76,14 @@ def _double_step(
     if contact == PERMANENT:
         return True
     size = np.uint64(2 * len(structure.coordinates)) * w
-    for half in range(2):  # THIS and NEXT
-        if not mesh_law.contact_holds(
-            kernel, step + half, w, states, i, i + size, half
-        ):
-            return False
-        i += size
+    mesh_law.set_motion(kernel, END, w, states, i + size)
+    if not mesh_law.contact_holds(kernel.flanks, step, THIS):
+        return False
+    mesh_law.set_motion(kernel, START, w, states, i + size)
+    mesh_law.set_motion(kernel, END, w, states, i + size + size)
+    if not mesh_law.contact_holds(kernel.flanks, step + 1, NEXT):
+        mesh_law.set_motion(kernel, START, w, states, i)
+        return False
     return True
 
 
@@ -108,7 +110,8 @@ def _fill_laws(
         mesh_law.set_permanent_contact(kernel.flanks, step)
         mesh_law.fill_flank_laws(kernel.flanks, step, 0.0, 1.0, THIS)
     else:
-        mesh_law.set_contact_at_start(kernel, step, w, states, i)
+        mesh_law.set_motion(kernel, START, w, states, i)
+        mesh_law.set_contact(kernel.flanks, step)
     mesh_law.fill_channel_laws(kernel.flanks, THIS)
     mesh_law.fill_load_inputs(kernel.flanks, kernel.balance, step, 0.0, 1.0, THIS)
 
@@ -188,8 +191,9 @@ def over_periods(
                 next_step = step + 2
             else:
                 rk4.step_of(kernel, step, columns, w, states, i, j)
+                mesh_law.set_motion(kernel, END, w, states, j)
                 if contact != PERMANENT and not mesh_law.contact_holds(
-                    kernel, step, w, states, i, j, THIS
+                    kernel.flanks, step, THIS
                 ):
                     changes += contact_change.step_with_changes(
                         kernel.flanks,
