@@ -88,6 +88,24 @@ def test_deep_wear_shortens_the_life_by_its_share():
     assert worn / new == pytest.approx(0.75, abs=2e-3)
 
 
+def test_a_deep_life_is_within_its_estimate():
+    """Wear of fifty deflections: half the nodes, asked at its shape, told a third."""
+    scene = load(CAMPAIGNS / "base" / "planetary_ngw11_coupled.toml").cases[0].scene
+    for key, value in (
+        ("wear.load", "static"),
+        ("dynamics", None),
+        ("wear.snapshots", None),
+        ("wear.coefficient", {"model": "constant", "value": "1e-16 m^2/N"}),
+        ("wear.until.depth", "200 um"),
+    ):
+        scene = scene.replace(key, value)
+    run = simulate(scene)
+    finer = simulate(scene.replace("numerics.profile_points", 401))
+    error = 2.0 * abs(float(finer.life) - float(run.life))  # of first order in nodes
+    told = float(run.error_estimate_life)
+    assert 5e-4 * float(run.life) < error < told < 4.0 * error
+
+
 def test_duty_of_a_planetary_set_mixes_the_lives():
     """The rate of the deepest node is the torque's: 1/N = Σ w/N_b,
     with weights by cycles.

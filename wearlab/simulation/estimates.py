@@ -345,6 +345,9 @@ def _depth_of(compared: CompanionErrors, life: Life, flank: int | None) -> Array
             cycles,
             [float(np.abs(state.error[rough]).max()) for state, _ in driven],
         )
+        total = total + np.interp(
+            life_history.cycle, cycles, [state.unlevelled for state, _ in driven]
+        )
         if len(driven) == 1:  # one state speaks for all of the life
             carried = float(np.abs(driven[0][1][rough]).max()) * life_history.cycle
         total = total + DEPTH_SHARE * carried
@@ -485,9 +488,9 @@ def _life(compared: CompanionErrors) -> float | None:
         deep = on_flanks & (
             last.twin.wear >= wear_off.DEEPEST * last.twin.wear[on_flanks].max()
         )
-        deepest = LIFE_SHARE * float(off[deep].max()) + CHANCE * float(
-            off[on_flanks].mean()
-        )
+        at_deepest = LIFE_SHARE * float(off[deep].max())
+        by_chance = CHANCE * float(off[on_flanks].mean())
+        deepest = at_deepest + by_chance + last.unlevelled
     elif any(map(companion_runs.is_periodic, life_history.samples.state)):
         deepest = np.nan
     return (

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.polynomial.polynomial import polyder, polyval
 
 from wearlab.arrays import Array, Complex, Index
+from wearlab.compiled import jit
 from wearlab.dynamics.modes import Modes, modes
 from wearlab.dynamics.system import System
 from wearlab.mesh.force import Dashpot, Deflections, NormalForces, normal_forces
@@ -48,13 +49,35 @@ class Path(NamedTuple):
         """
         two = step // 2
         x = step % 2 + fraction - 1.0
-        value, rate = np.zeros(
-            (2, self.coefficient.shape[1], len(x), self.coefficient.shape[3])
-        )
-        for coefficient in self.coefficient[::-1]:  # Horner's rule
-            rate = rate * x[:, None] + value
-            value = value * x[:, None] + coefficient[:, two]
+        _, kept, _, signals = self.coefficient.shape
+        value, rate = np.zeros((2, kept, len(x), signals))
+        _fill_by_horner(self.coefficient, two, x, value, rate)
         return value, rate / self.length[two, None]
+
+
+@jit
+def _fill_by_horner(
+    coefficient: Array, two: Index, x: Array, value: Array, rate: Array
+) -> None:
+    """Add the values of polynomials, and their slopes, to zeros.
+
+    Parameters
+    ----------
+    coefficient : as in `Path`
+    two, x : (n,) which of two steps, and where in them [1]
+    value, rate : (n_kept, n, n_signals) written
+    """
+    powers, kept, _, signals = coefficient.shape
+    for period in range(kept):
+        for i in range(len(x)):
+            for power in range(powers - 1, -1, -1):
+                for signal in range(signals):
+                    slope = rate[period, i, signal] * x[i] + value[period, i, signal]
+                    rate[period, i, signal] = slope
+                    value[period, i, signal] *= x[i]
+                    value[period, i, signal] += coefficient[
+                        power, period, two[i], signal
+                    ]
 
 
 def path(position: Array, velocity: Array, acceleration: Array, length: Array) -> Path:
