@@ -223,6 +223,9 @@ def main(store_folder: str = "", *names: str) -> int:
     """Draw, compare, or list what is stale; return the exit status."""
     if store_folder == "--compare":
         return int(compare(*names) > 0)
+    if store_folder.startswith("-"):
+        print(f"{__doc__}\nno option {store_folder}", file=sys.stderr)
+        return 2
     if store_folder:
         draw(store_folder, list(names) or list(DRAWN_HERE))
         return 0
