@@ -149,7 +149,8 @@ class PowerSeries(NamedTuple):
     stiffness, damping : (n, n) M⁻¹ K, M⁻¹ C without the meshes
     direction : (n_mesh, n)
     enters : (n_input, n) accelerations by the inputs, see `Scratch`
-    by_stiffness, by_damping, by_direction, by_inputs : the same, of few entries
+    by_stiffness, by_damping, by_direction, by_inputs : the same, of few entries; inputs
+        of known size
     terms, sensed : (TERMS, n, w) of the motion, (TERMS, n_mesh, w) of d·q
     product, force : (n, w), (w,) scratch
     polynomial : (TERMS + 2,) of one flank
@@ -408,7 +409,7 @@ def kernel_of(
 class _Matrices(NamedTuple):
     """M⁻¹K, M⁻¹C, the directions, and accelerations by the inputs of known size.
 
-    Of the first three also the entries that are not 0.
+    All of them also by the entries that are not 0.
     """
 
     stiffness: Array
@@ -418,6 +419,7 @@ class _Matrices(NamedTuple):
     by_stiffness: Sparse
     by_damping: Sparse
     by_direction: Sparse
+    by_inputs: Sparse
 
 
 @lru_cache(maxsize=16)
@@ -431,14 +433,16 @@ def _matrices(system: System) -> _Matrices:
     stiffness = inverse @ system.total_stiffness
     damping = inverse @ system.total_damping
     direction = np.ascontiguousarray(system.direction, float)
+    enters = forces @ inverse.T
     return _Matrices(
         stiffness=stiffness,
         damping=damping,
         direction=direction,
-        enters=forces @ inverse.T,
+        enters=enters,
         by_stiffness=Sparse.of(stiffness),
         by_damping=Sparse.of(damping),
         by_direction=Sparse.of(direction),
+        by_inputs=Sparse.of(enters),
     )
 
 
@@ -449,16 +453,15 @@ def _power_series(
     n = len(matrices.stiffness)
     meshes = tables.stiffness.shape[2]
     channels = len(matrices.enters) - 2  # the constant and the fluctuating load
-    enters = np.vstack([matrices.enters, balance.push])
     return PowerSeries(
         stiffness=matrices.stiffness,
         damping=matrices.damping,
         direction=matrices.direction,
-        enters=enters,
+        enters=np.vstack([matrices.enters, balance.push]),
         by_stiffness=matrices.by_stiffness,
         by_damping=matrices.by_damping,
         by_direction=matrices.by_direction,
-        by_inputs=Sparse.of(enters),
+        by_inputs=matrices.by_inputs,
         terms=np.zeros((TERMS, n, width)),
         sensed=np.zeros((TERMS, meshes, width)),
         product=np.zeros((n, width)),
