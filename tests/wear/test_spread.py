@@ -7,9 +7,8 @@ from made_path import path_of
 from scipy.integrate import quad
 
 from wearlab.gears.specification import GearError
-from wearlab.wear.levelling import MAX_BYTES as MAX_SQUARE_BYTES
 from wearlab.wear.levelling import bytes_of_squares, squares
-from wearlab.wear.patch import cell_edges, spreading
+from wearlab.wear.patch import MAX_BYTES, cell_edges, spreading
 
 
 @pytest.fixture
@@ -112,7 +111,7 @@ def test_nodes_that_would_fill_the_memory_are_refused_before_they_do():
     spreading(half_width[:1000], coarser)
     _, peak = tracemalloc.get_traced_memory()
     tracemalloc.stop()
-    assert peak * (fewer / 1000) ** 2 < MAX_SQUARE_BYTES  # the remedy
+    assert peak * (fewer / 1000) ** 2 < MAX_BYTES  # the remedy
 
 
 def test_shares_are_those_of_a_whole_matrix(uneven):
@@ -162,7 +161,7 @@ def test_squares_of_a_contact_patch_are_refused_before_they_fill_the_memory(make
     fewer = int(re.search(r"at most (\d+)", str(refused.value)).group(1))
     _, coarser = make_path(n=fewer)
     needed = bytes_of_squares(np.full((1, fewer), wide), coarser)
-    assert 0.7 * MAX_SQUARE_BYTES < needed < MAX_SQUARE_BYTES  # the remedy
+    assert 0.7 * MAX_BYTES < needed < MAX_BYTES  # the remedy
 
 
 @pytest.mark.parametrize("share", [0.02, 0.1, 0.4])

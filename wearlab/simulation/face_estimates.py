@@ -356,7 +356,7 @@ def _deepest_to_ends(wear: coupled.Wear, grids: list[FaceGrid]) -> Array:
     """
     found = []
     for depth, grid in zip(wear, grids, strict=True):
-        deepest = depth.reshape(2, -1).max(axis=1)
+        deepest = _deepest((depth,))
         for end, beside in ((0, 1), (-1, -2)):
             apart = abs(grid.position[end] - grid.position[beside])
             half = 0.5 * grid.width[end]

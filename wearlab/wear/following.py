@@ -28,7 +28,6 @@ from scipy.sparse import csr_array, eye_array
 from wearlab.arrays import Array
 from wearlab.wear.law import PreparedLaw, wear_rate
 from wearlab.wear.levelling import (
-    MAX_BYTES,
     Ahead,
     Levelling,
     Shift,
@@ -36,7 +35,7 @@ from wearlab.wear.levelling import (
     levelling,
     shift,
 )
-from wearlab.wear.patch import PatchSetting, TwoWay, remembered, two_way
+from wearlab.wear.patch import MAX_BYTES, PatchSetting, TwoWay, remembered, two_way
 from wearlab.wear.path import WearPath
 from wearlab.wear.widths import (
     WIDEST,

@@ -41,7 +41,6 @@ from scipy.sparse import block_diag, csr_array, diags_array, eye_array, kron
 from scipy.sparse.linalg import SuperLU, splu
 
 from wearlab.arrays import Array, Flags, Index
-from wearlab.gears.specification import GearError
 from wearlab.wear.law import PreparedLaw, wear_rate
 from wearlab.wear.patch import (
     PatchSetting,
@@ -49,6 +48,7 @@ from wearlab.wear.patch import (
     ascending,
     effective_wear_matrix,
     remembered,
+    require_bytes,
     two_way,
 )
 from wearlab.wear.path import WearPath
@@ -56,7 +56,6 @@ from wearlab.wear.widths import NodeForces
 
 FIRST_ORDER = 2
 MIN_ORDERS, MAX_ORDERS = 4, 32
-MAX_BYTES = 10e9  # that squares may take
 BYTES_OF_A_SQUARE = 21  # for each entry, while squares are made
 BYTES_TO_JOIN = 12  # for each entry besides, where there are several slices
 BYTES_OF_A_TERM = 48  # for each order and node, while coefficients are
@@ -176,17 +175,7 @@ def require_memory(half_width: Array, path: WearPath) -> None:
     GearError : they would
     """
     rows = np.atleast_2d(half_width)
-    needed = bytes_of_squares(rows, path)
-    if needed <= MAX_BYTES:
-        return
-    nodes = rows.shape[1]
-    fewer = int(0.95 * nodes * (MAX_BYTES / needed) ** (1 / 3))
-    raise GearError(
-        f"numerics.profile_points: {nodes} nodes along the profile, with contacts up "
-        f"to {2e3 * half_width.max():.3g} mm wide, need {needed / 1e9:.3g} GB for the "
-        f"contact patch, more than {MAX_BYTES / 1e9:g} GB: give at most {fewer} "
-        "profile_points, or a larger numerics.tolerance"
-    )
+    require_bytes(bytes_of_squares(rows, path), rows, order=3)
 
 
 def _reach(half_width: Array, arc: Array) -> tuple[Index, Index]:

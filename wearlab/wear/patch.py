@@ -57,7 +57,7 @@ KEPT, MAX_NODES = 8, 400
 some 30 MB in all."""
 FLOAT_BYTES = 8
 ARRAYS_AT_ONCE = 12  # of the nodes that contacts reach, while their shares are computed
-MAX_BYTES = 10e9  # that these may take
+MAX_BYTES = 10e9  # that matrices of a patch may take
 
 MIN_SHARE = 0.2
 """Share of the mesh force below which the width of a patch does not shrink further."""
@@ -291,7 +291,8 @@ def spreading(half_width: Array, arc: Array) -> csr_array:
     images = [(low, high)]
     images += [(2.0 * end - high, 2.0 * end - low) for end in edges[[0, -1]]]
     reaches = [_reach(edges, a, *image) for image in images]
-    _require_memory(len(arc), max(reach.entries for reach in reaches))
+    entries = max(reach.entries for reach in reaches)
+    require_bytes(ARRAYS_AT_ONCE * FLOAT_BYTES * entries, half_width, order=2)
 
     falls = [_shares(edges, a, reach) for reach in reaches]
     node, contact, area = map(np.concatenate, zip(*falls, strict=True))
@@ -320,17 +321,28 @@ def _reach(edges: Array, a: Array, left: Array, right: Array) -> Reach:
     )
 
 
-def _require_memory(nodes: int, entries: int) -> None:
-    """Refuse nodes whose shares would fill the memory."""
-    needed = ARRAYS_AT_ONCE * FLOAT_BYTES * entries
+def require_bytes(needed: float, half_width: Array, order: int) -> None:
+    """Refuse contacts whose matrices would fill the memory.
+
+    Parameters
+    ----------
+    needed : by the matrices [bytes]
+    half_width : (n,), over a face (n_face, n), of the contacts at the nodes [m]
+    order : power of the nodes with which that grows
+
+    Raises
+    ------
+    GearError : it is more than `MAX_BYTES`
+    """
     if needed <= MAX_BYTES:
         return
-    fewer = int(0.95 * nodes * (MAX_BYTES / needed) ** 0.5)
+    nodes = half_width.shape[-1]
+    fewer = int(0.95 * nodes * (MAX_BYTES / needed) ** (1 / order))
     raise GearError(
-        f"numerics.profile_points: {nodes} nodes along the profile need "
-        f"{needed / 1e9:.3g} GB for the contact patch, more than "
-        f"{MAX_BYTES / 1e9:g} GB: give at most {fewer} profile_points, or a "
-        "larger numerics.tolerance"
+        f"numerics.profile_points: {nodes} nodes along the profile, with contacts up "
+        f"to {2e3 * half_width.max():.3g} mm wide, need {needed / 1e9:.3g} GB for the "
+        f"contact patch, more than {MAX_BYTES / 1e9:g} GB: give at most {fewer} "
+        "profile_points, or a larger numerics.tolerance"
     )
 
 

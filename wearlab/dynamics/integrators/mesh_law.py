@@ -153,7 +153,7 @@ def motion_along(
     return place, speed
 
 
-@jit(counted=False)
+@jit_inner(counted=False, inline=True)
 def set_touching(
     flanks: Any,
     step: int,
@@ -169,19 +169,6 @@ def set_touching(
     flanks, step, stage, x, m : as in `fill_laws_of_mesh`
     place : d·q of the mesh at that instant [m]
     """
-    _set_touching(flanks, step, stage, x, m, place)
-
-
-@jit_inner(counted=False, inline=True)
-def _set_touching(
-    flanks: Any,
-    step: int,
-    stage: int,
-    x: float,
-    m: int,
-    place: float,
-) -> None:
-    """Do what `set_touching` does as part of the caller."""
     tables = flanks.tables
     touch = flanks.scratch.touch
     pairs = len(flanks.meshes.pairs)
@@ -565,7 +552,7 @@ def set_contact(flanks: Any, step: int) -> None:
     meshes = len(flanks.meshes.damping)
     motion = flanks.scratch.motion[START]
     for m in range(meshes):
-        _set_touching(flanks, step, START, 0.0, m, motion[m, 0])
+        set_touching(flanks, step, START, 0.0, m, motion[m, 0])
 
     fill_flank_laws(flanks, step, 0.0, 1.0, THIS)
 

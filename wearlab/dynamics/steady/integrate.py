@@ -191,20 +191,19 @@ def over_periods(
                 next_step = step + 2
             else:
                 rk4.step_of(kernel, step, columns, w, states, i, j)
-                mesh_law.set_motion(kernel, END, w, states, j)
-                if contact != PERMANENT and not mesh_law.contact_holds(
-                    kernel.flanks, step, THIS
-                ):
-                    changes += contact_change.step_with_changes(
-                        kernel.flanks,
-                        kernel.series,
-                        kernel.balance,
-                        step,
-                        columns,
-                        states,
-                        i,
-                        j,
-                    )
+                if contact != PERMANENT:
+                    mesh_law.set_motion(kernel, END, w, states, j)
+                    if not mesh_law.contact_holds(kernel.flanks, step, THIS):
+                        changes += contact_change.step_with_changes(
+                            kernel.flanks,
+                            kernel.series,
+                            kernel.balance,
+                            step,
+                            columns,
+                            states,
+                            i,
+                            j,
+                        )
             i = j
         _end_period(kernel, states, np.int64(i), strobe[k], strobe[k + 1], balanced)
     return changes
