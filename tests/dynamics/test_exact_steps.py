@@ -674,13 +674,32 @@ def test_newmark_comes_to_the_same_response_with_second_order(free: bool) -> Non
 
 
 @pytest.mark.slow
-def test_an_orbit_found_by_chords_does_not_say_that_its_flanks_always_touch() -> None:
-    """One pass would: then the next orbit would first be looked for
-    where no flank parts.
+@pytest.mark.parametrize(("amplitude", "passes"), [(50e-6, 1), (200e-6, 2)])
+def test_an_orbit_found_by_chords_says_whether_its_flanks_always_touch(
+    amplitude: float, passes: int
+) -> None:
+    """If they do, the next orbit is first looked for where no flank parts."""
+    grid = stage_grid(BREAKS, 200)
+    system = planetary(8.0)
+    neighbour = Periodic().solve(system, tables(grid, amplitude=amplitude), PERIOD)
+    assert (neighbour.counts.newton_iterations == 1) == (passes == 1)
+    near = tables(grid, amplitude=1.0001 * amplitude)
+    shooting = Shooting(system, near, PERIOD)
+    assert shooting.chord(neighbour) is not None and shooting.iterations == passes
+
+
+@pytest.mark.parametrize("of", ["free", "grounded"])
+def test_a_neighbour_of_flanks_that_touch_is_found_in_two_periods(of: str) -> None:
+    """One of the affine map by the neighbour's derivative, and with its load, and one
+    that finds no change of contact.
     """
     grid = stage_grid(BREAKS, 200)
-    system = planetary()
-    neighbour = Periodic().solve(system, tables(grid), PERIOD)
-    shooting = Shooting(system, tables(grid, amplitude=1.0001e-6), PERIOD)
-    assert neighbour.counts.newton_iterations == 1
-    assert shooting.chord(neighbour) is not None and shooting.iterations > 1
+    system, mu = (torsional(), 0.1) if of == "free" else (planetary(), None)
+    neighbour = Periodic().solve(system, tables(grid, mu, amplitude=1e-6), PERIOD)
+    near = tables(grid, mu, amplitude=1.1e-6)
+    warm = Periodic().solve(system, near, PERIOD, neighbour)
+    assert warm.counts.newton_iterations == 1 and warm.counts.period_maps == 2
+    cold = Periodic().solve(system, near, PERIOD)
+    scale = np.abs(cold.state).max(axis=(0, 1))
+    assert (np.abs(warm.state - cold.state) <= 1e-7 * scale).all()
+    np.testing.assert_allclose(warm.system.load, cold.system.load, rtol=1e-9)

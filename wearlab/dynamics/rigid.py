@@ -332,6 +332,21 @@ def solved_load(system: System, balance: Balance) -> System:
     return system._replace(load=system.load + balancing)
 
 
+def sizes_of_loads(system: System, balance: Balance, solved: System) -> Array:
+    """Return the sizes of the loads that were found, (n_rigid,) [1].
+
+    Parameters
+    ----------
+    system : the equation of motion
+    balance : its loads of unknown size
+    solved : a system like it with its loads found, as `solved_load` returns it
+    """
+    if not len(balance.held):
+        return balance.size
+    pushed = np.linalg.solve(system.mass, solved.load - system.load)
+    return np.asarray(np.linalg.lstsq(balance.push.T, pushed)[0])
+
+
 def true_derivative(system: System, balance: Balance, derivative: Array) -> Array:
     """Return the derivative of the period map by all coordinates.
 

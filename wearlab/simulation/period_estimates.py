@@ -25,7 +25,7 @@ from wearlab.simulation.dataset.mesh_period import (
 )
 from wearlab.simulation.wear_off import WornFurther
 
-SHARE = 1.5
+SHARE = 2.0
 """Weight of what half the nodes change [1]."""
 BETWEEN = 0.2
 """Weight of what half the nodes lose of the wear of both flanks in the transmission

@@ -119,9 +119,9 @@ class Periodic(OrbitSettings):
     def _near(self, shooting: Shooting, start: Response) -> Response | None:
         """Return the orbit that attracts near a neighbour's, None: there is none."""
         permanent = start.period == 1 and start.counts.newton_iterations == 1
-        if not permanent and not shooting.small:
-            clear = start.verdict.unique and abs(start.multipliers[0]) < 1.0 - CLEAR
-            orbit = shooting.chord(start) if clear else None
+        clear = start.verdict.unique and abs(start.multipliers[0]) < 1.0 - CLEAR
+        if clear and not shooting.small:
+            orbit = shooting.chord(start, PERMANENT if permanent else LOCATED)
             if orbit is not None:
                 return orbit
 

@@ -8,7 +8,12 @@ from scipy.linalg.lapack import dgeev, dgetrf, dgetrs
 
 from wearlab.arrays import Array, Complex
 from wearlab.dynamics.integrators.kernel import is_small, kernel_of
-from wearlab.dynamics.rigid import Balance, solved_load, true_derivative
+from wearlab.dynamics.rigid import (
+    Balance,
+    sizes_of_loads,
+    solved_load,
+    true_derivative,
+)
 from wearlab.dynamics.steady.integrate import (
     LOCATED,
     PERMANENT,
@@ -333,7 +338,7 @@ class Shooting(OnTables):
             return False
         return self.distance(states[:, :, 0], path) <= SAME_PATH * self.distance(path)
 
-    def chord(self, neighbour: Response) -> Response | None:
+    def chord(self, neighbour: Response, contact: int = LOCATED) -> Response | None:
         """Return the orbit near a neighbour's from trajectories alone.
 
         None when they do not lead there. Newton's steps with the neighbour's
@@ -343,6 +348,7 @@ class Shooting(OnTables):
         Parameters
         ----------
         neighbour : response of a neighbouring case
+        contact : of the first pass, as in `shoot`
         """
         derivative = neighbour.derivative
         if (
@@ -356,9 +362,11 @@ class Shooting(OnTables):
         factors, pivots, failed = dgetrf(fixed_point_matrix(balance, derivative))
         states = self.states(1)
         last = np.inf
+        balance.size[:] = sizes_of_loads(self.system, balance, neighbour.system)
         exchange(balance, state)
         for _ in range(MAX_CHORDS):
-            self.changes += self.advance(states, state, tangents=False)
+            changes = self.advance(states, state, contact, tangents=False)
+            self.changes += changes
             self.maps += 1
             path = states[:, :, 0]
             step, bad = dgetrs(factors, pivots, path[-1] - path[0])
@@ -366,9 +374,12 @@ class Shooting(OnTables):
             error = self.distance(step)
             if failed or bad or not error <= SHRINKS * last:
                 return None
-            if error <= self.settings.closed * size:
-                # one would say that a single pass was exact: that contact never changes
-                self.iterations += 2
+            located = contact != PERMANENT
+            contact = LOCATED
+            if located and error <= self.settings.closed * size:
+                # one says that a single pass was exact: that contact never changes
+                affine = changes == 0 and self.kernel.damping_law is None
+                self.iterations += 1 if affine else 2
                 return self._orbit(
                     path.copy(), derivative, multipliers=neighbour.multipliers
                 )
