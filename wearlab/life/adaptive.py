@@ -309,6 +309,7 @@ class AdaptiveStepper(Stepper):
         step, self.known.spectrum = held_step(
             self.rate, still, node, size, direction, self.known.amplitude
         )
+        self.work.learn(step)
         self.known.looked = True
         self.max_size = np.inf
         self.known.age += 1

@@ -68,7 +68,7 @@ class Life(NamedTuple):
         shifted a jump; and the root of the squares of what scatters [m]
     depth_error : (n,) estimated error of the last depth with its sign, less what
         scatters [m]
-    scatter : what scatters of that error, at any node [m]
+    scatter : (n,) what scatters of that error [m]
     snapshot_cycle : (k,) cycles of the snapshots reached, in order [1]
     snapshot_depth : (k, n) depths there [m]
     end_reason : "cycles", "depth", "no wear", "saw-tooth", "evaluation limit", "work
@@ -89,7 +89,7 @@ class Life(NamedTuple):
     rate: Array
     accumulated_error: Array
     depth_error: Array
-    scatter: float
+    scatter: Array
     snapshot_cycle: Array
     snapshot_depth: Array
     end_reason: str
@@ -181,8 +181,8 @@ def read_off(
 class AccumulatedError:
     """The error of the depth, step after step.
 
-    ``total``: (n,) what has a sign, added up and amplified [m]; ``scatter``: what has
-    another sign in every step, the root of its squares [m]; ``largest``: of every
+    ``total``: (n,) what has a sign, added up and amplified [m]; ``scatter``: (n,) what
+    has another sign in every step, the root of its squares [m]; ``largest``: of every
     state, the error so far [m].
 
     Parameters
@@ -193,17 +193,17 @@ class AccumulatedError:
 
     def __init__(self, size: int, noise: float) -> None:
         self.total = np.zeros(size)
-        self.scatter = 0.0
+        self.scatter = np.zeros(size)
         self.noise = noise
         self.largest = [0.0]
 
     def add(self, step: Step, noise: float) -> None:
         """Count a step at whose end the rate has this standard error [m per cycle]."""
-        last_noise = self.noise
+        by_rates = step.size * max(self.noise, noise)
         self.noise = noise
         self.total = self.total * step.growth + step.error
-        scatter = np.hypot(step.scatter, step.size * max(last_noise, noise))
-        self.scatter = float(np.hypot(self.scatter * step.growth, scatter))
+        scatter = by_rates if step.scatter is None else step.scatter
+        self.scatter = np.hypot(self.scatter * step.growth, scatter)
         self.largest.append(self._now())
 
     def doubt(self, doubt: Array) -> None:
@@ -212,7 +212,7 @@ class AccumulatedError:
         self.largest[-1] = self._now()
 
     def _now(self) -> float:
-        return float(np.abs(self.total).max(initial=0.0)) + self.scatter
+        return float((np.abs(self.total) + self.scatter).max(initial=0.0))
 
 
 def integrate(

@@ -47,7 +47,8 @@ class Step(NamedTuple):
     error : (n,) estimated local error, signed [m]
     growth : factor by which the step multiplies errors made before it, ≥ 1 [1]
     by : the method that took it, with which it can be taken again; None: none can
-    scatter : part of the error that has another sign in every step [m]
+    scatter : (n,) standard deviation of the wear, of a step that knows it [m]; None:
+        the noise of its rates tells it
     """
 
     start: Node
@@ -56,7 +57,7 @@ class Step(NamedTuple):
     error: Array
     growth: float
     by: runge_kutta.Scheme | str | None = None
-    scatter: float = 0.0
+    scatter: Array | None = None
 
     @property
     def size(self) -> float:

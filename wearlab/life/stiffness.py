@@ -23,12 +23,15 @@ the same contact lets wear even out:
 by RKC2 with the stages that r₀ asks for; then once more with the straight line from d
 to what it is at that end. So a step takes one r whatever its length, is of second
 order, and the noise of one step is levelled in the next. What the second pass moves, a
-first-order error, is reported. A drift adds up in it with its sign; what jumps to and
-fro has none, and counts as scatter too.
+first-order error, is reported: a drift adds up in it with its sign. Noise of d does
+not: it moves each pass by 1/√2 of what it does to the wear, for every rate ends one
+step and begins another, and adds up by its squares, node by node.
 
-A step wears a fixed share of the depth, or as much more as the work left pays for. A
-life whose work runs ahead of its way goes on by such steps to its end, less exactly
-than asked and saying so, and does not end by the bound on its work.
+A step wears a small share of the depth, less where its second pass moves much: places
+that are struck move on as they wear, and a step that is too long for that digs holes.
+Or it wears as much more as the work left pays for. A life whose work runs ahead of its
+way goes on by such steps to its end, less exactly than asked and saying so, and does
+not end by the bound on its work.
 """
 
 from math import expm1, inf, isfinite, log1p
@@ -278,9 +281,15 @@ short steps."""
 PLANNED = 0.7
 """Share of the work left with which steps are planned; the rest is for rates that get
 dearer."""
-ROUGH_SHARE, MAX_HURRIED = 0.02, 0.5
-"""Wear of a step over the depth reached, and where the work left pays for no shorter
-ones."""
+ROUGH_SHARES, MAX_HURRIED = (0.002, 0.02), 0.5
+"""Least and largest wear of a step over the depth reached, and where the work left pays
+for no shorter ones."""
+FIRST_ROUGH_SHARE = 0.005
+"""The same of the first step."""
+MOVED = 0.2
+"""Error of a step over its wear for which it is as long as it should be."""
+CHANGE_OF_SHARE = 1.3
+"""Largest factor from one share to the next, and the other way."""
 
 
 def held_step(
@@ -330,7 +339,7 @@ def held_step(
         error,
         1.0,
         None,
-        float(np.abs(error).max(initial=0.0)),
+        np.sqrt(2.0) * np.abs(error),
     ), static_spectrum
 
 
@@ -350,6 +359,7 @@ class Work:
         self.before = rate.count, rate.work
         self.dear = 1.0
         self.late = False
+        self.share = FIRST_ROUGH_SHARE
 
     def is_late(self, rate: CountedRate, node: Node, left: float) -> bool:
         """Whether the work is, or was, too far ahead of the way.
@@ -388,7 +398,7 @@ class Work:
             (rate.max_work - rate.work) / self.dear,
             float(rate.max_evaluations - rate.count),
         )
-        share = share_of_depth(way, depth, PLANNED * max(0.0, rates))
+        paid = share_of_depth(way, depth, PLANNED * max(0.0, rates))
         # The fastest place is another one every time: the deepest gets deeper at a
         # third of its rate.
         deepens = (
@@ -396,12 +406,27 @@ class Work:
             if reached > self.first_depth
             else fastest
         )
-        worn = float(np.clip(share, ROUGH_SHARE, MAX_HURRIED)) * depth
-        return worn / deepens if deepens > 0.0 else inf, share > ROUGH_SHARE
+        worn = float(np.clip(paid, self.share, MAX_HURRIED)) * depth
+        return worn / deepens if deepens > 0.0 else inf, paid > self.share
+
+    def learn(self, step: Step) -> None:
+        """Take shorter steps where the second pass of one moved much, else longer.
+
+        Parameters
+        ----------
+        step : the last one that held what the motion adds
+        """
+        worn = float((step.end.depth - step.start.depth).max(initial=0.0))
+        error = float(np.abs(step.error).max(initial=0.0))
+        wanted = MOVED * worn / error if error > 0.0 else inf
+        factor = np.clip(wanted, 1.0 / CHANGE_OF_SHARE, CHANGE_OF_SHARE)
+        self.share = float(np.clip(self.share * factor, *ROUGH_SHARES))
 
 
 def cycles_of_rough_step(node: Node, scale: float) -> float:
-    """Return the cycles that wear `ROUGH_SHARE` of the depth, at least of the scale.
+    """Return the cycles of the longest rough step of an unhurried life.
+
+    It wears the largest of `ROUGH_SHARES` of the depth, at least of the scale.
 
     Parameters
     ----------
@@ -409,7 +434,7 @@ def cycles_of_rough_step(node: Node, scale: float) -> float:
     scale : depth scale of the life [m]
     """
     return (
-        ROUGH_SHARE * max(node.deepest, scale) / node.fastest
+        ROUGH_SHARES[1] * max(node.deepest, scale) / node.fastest
         if node.fastest > 0.0
         else inf
     )

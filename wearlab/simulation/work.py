@@ -11,6 +11,9 @@ from wearlab.scene import Scene
 MAX_WORK = 2e9
 """Bound on the work of an integration over cycles, units of about 15 ns. Kept states,
 estimates and the search for other attractors come on top."""
+MORE_IF_LARGE = 2.0
+"""How many times as much the life of a large system may do: where its flanks strike,
+places that are struck move on within a micrometre, and steps have to follow them."""
 SEARCH_SHARE = 0.4
 """Work of all searches for other attractors in one condition of operation, over the
 former."""
@@ -54,7 +57,8 @@ def max_work(scene: Scene, parts: assembly.GearModel) -> float:
         return float(scene.numerics.most_right_hand_sides)
     if parts.vibration is None:
         return np.inf
-    work = units(parts.vibration.system)
+    system = parts.vibration.system
+    work = units(system) / (1.0 if is_small(system) else MORE_IF_LARGE)
     if parts.vibration.hunting > MANY_PERIODS:
         work *= OUT_OF_CACHE
     return MAX_WORK / work * more_work(USUAL, scene.numerics.tolerance)

@@ -44,6 +44,10 @@ TRANSIENT_LARGE = 30
 AVERAGED_LARGE = 24
 """Mesh periods that a larger system is integrated, and is averaged over, when no orbit
 is found."""
+TRANSIENT_SETTLED = 2
+AVERAGED_SETTLED = 8
+"""The same from a neighbour whose motion does not repeat either: wear follows the mean
+of many such states, which each go on from the last."""
 LONGEST_LARGE = 4
 """Longest period that a larger system is shot at then: each pass costs as many maps."""
 DYING = 0.3
@@ -168,11 +172,11 @@ class Periodic(OrbitSettings):
         averaged = self.averaged
         longest = self.longest
         if not shooting.small:
-            averaged = min(averaged, AVERAGED_LARGE)
+            averaged = min(averaged, AVERAGED_SETTLED if settled else AVERAGED_LARGE)
             longest = LONGEST_LARGE
         transients = self.transients(shooting)
         if settled:
-            transients = [transients[0] // 5]
+            transients = [transients[0] // 5 if shooting.small else TRANSIENT_SETTLED]
 
         for count in transients:
             shooting.integrate(state, count)
