@@ -65,7 +65,7 @@ class Life(NamedTuple):
     depth, rate : (m, n) wear depth [m] and wear rate [m per cycle] there
     accumulated_error : (m,) largest over the nodes of the signed sum of the errors of
         all steps so far, amplified where wear accelerates, and by as far as it may have
-        shifted a jump; and the root of the squares of what scatters [m]
+        shifted a jump; and, in squares, of what scatters [m]
     depth_error : (n,) estimated error of the last depth with its sign, less what
         scatters [m]
     scatter : (n,) what scatters of that error [m]
@@ -212,7 +212,7 @@ class AccumulatedError:
         self.largest[-1] = self._now()
 
     def _now(self) -> float:
-        return float((np.abs(self.total) + self.scatter).max(initial=0.0))
+        return float(np.hypot(self.total, self.scatter).max(initial=0.0))
 
 
 def integrate(

@@ -365,7 +365,7 @@ def _entries(parts: assembly.GearModel, flank: int | None) -> Flags:
 
 def _share_of_steps(life: Life, entries: Flags) -> float:
     """Return how much of the error by steps over cycles some entries have [1]."""
-    error = np.abs(life.depth_error) + life.scatter
+    error = np.hypot(life.depth_error, life.scatter)
     anywhere = float(error.max(initial=0.0))
     there = float(error[entries].max(initial=0.0))
     return there / anywhere if anywhere > 0.0 else 1.0
@@ -474,7 +474,7 @@ def _life(compared: CompanionErrors) -> float | None:
         fastest <= 0.0
     ):  # where the deepest place wears no more, no rate says what its error is worth
         return float("nan") if life_history.cycle[-1] > 0.0 else 0.0
-    steps = float((np.abs(life.depth_error) + life.scatter)[nodes].max())
+    steps = float(np.hypot(life.depth_error, life.scatter)[nodes].max())
     driven = compared.driven
     deepest = 0.0
     if driven:  # where the flanks that end the life are worn most
