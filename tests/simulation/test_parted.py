@@ -11,7 +11,7 @@ from scenes import CAMPAIGNS
 
 from wearlab.assembly import build
 from wearlab.campaign import load
-from wearlab.dynamics.steady.periodic import AVERAGED_LARGE, Periodic
+from wearlab.dynamics.steady.periodic import AVERAGED_SETTLED, Periodic
 from wearlab.dynamics.steady.shooting import Shooting
 
 BASE = CAMPAIGNS / "base" / "planetary_ngw11_vibration.toml"
@@ -68,4 +68,21 @@ def test_meshes_that_part_without_an_orbit_end_in_a_bounded_average() -> None:
     ).response
     assert again is not None and again.counts.period_maps <= MAX_MAPS // 2
     if again.period == 0:
-        assert np.isfinite(again.state).all() and len(again.state) >= AVERAGED_LARGE
+        assert np.isfinite(again.state).all() and len(again.state) >= AVERAGED_SETTLED
+
+
+def test_what_a_state_leaves_to_the_next_is_small_and_enough() -> None:
+    parts, wear, state = worn("134 N*m", "1500 rpm")
+    found = state.response
+    left = state.start.responses[0]
+    assert found is not None and left.state.shape == (1, 2, found.state.shape[2])
+    assert left.tables.width.size == 0 and left.between is None
+    np.testing.assert_array_equal(left.end, found.end)
+    further = tuple(1.01 * one for one in wear)
+    by_all = state.start._replace(responses=state.responses)
+    from_all, from_left = (
+        parts.coupling.evaluate(further, start).response
+        for start in (by_all, state.start)
+    )
+    assert from_all is not None and from_left is not None
+    np.testing.assert_array_equal(from_all.state, from_left.state)

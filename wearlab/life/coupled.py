@@ -317,10 +317,15 @@ class WearState(NamedTuple):
     heat: HeatState | None = None
 
     @property
+    def _left(self) -> Responses:
+        """What the responses leave to a neighbour: a life keeps it of every state."""
+        return tuple(response.left for response in self.responses)
+
+    @property
     def start(self) -> StartingPoint:
         """What it leaves to a neighbouring state to start from."""
         forces = [kind.patch_force for state in self.conditions for kind in state.kind]
-        return StartingPoint(self.responses, tuple(forces))
+        return StartingPoint(self._left, tuple(forces))
 
     @property
     def start_alike(self) -> StartingPoint:
@@ -328,7 +333,7 @@ class WearState(NamedTuple):
         kinds = [kind for state in self.conditions for kind in state.kind]
         forces = tuple(kind.felt_by for kind in kinds if kind.felt_by is not None)
         as_wide = forces if len(forces) == len(kinds) else None
-        return StartingPoint(self.responses, as_wide)
+        return StartingPoint(self._left, as_wide)
 
     @property
     def conditions(self) -> "tuple[WearState, ...]":

@@ -190,6 +190,17 @@ class StageTables(NamedTuple):
         )
 
 
+NO_TABLES = StageTables(
+    width=np.empty(0),
+    stiffness=np.empty((0, 3, 0, 0)),
+    gap=np.empty((0, 3, 0, 0)),
+    error=np.empty((0, 3, 0)),
+    error_rate=np.empty((0, 3, 0)),
+    fluctuation=None,
+)
+"""Of no step."""
+
+
 def parabola(table: Array, step: Index, fraction: Array) -> Array:
     """Return values within steps, by the parabola through three stages, (n, …).
 

@@ -1,7 +1,7 @@
 """The steady response of a system, and what is read off it at any phase."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import compress
 from typing import Literal, NamedTuple, Protocol
@@ -14,7 +14,7 @@ from wearlab.compiled import jit
 from wearlab.dynamics.modes import Modes, modes
 from wearlab.dynamics.system import System
 from wearlab.mesh.force import Dashpot, Deflections, NormalForces, normal_forces
-from wearlab.mesh.stages import Springs, StageGrid, StageTables
+from wearlab.mesh.stages import NO_TABLES, Springs, StageGrid, StageTables
 
 Both = tuple[Array, Array]
 """Something and its rate, or another two arrays alike."""
@@ -218,6 +218,12 @@ class Response:
     def end(self) -> Array:
         """(2n,) the state from which to continue."""
         return np.asarray(self.state[-1, -1])
+
+    @property
+    def left(self) -> "Response":
+        """What it leaves to a neighbour: its first and last state, and no tables."""
+        ends = np.stack([self.state[0, 0], self.state[-1, -1]])
+        return replace(self, state=ends[None], tables=NO_TABLES, between=None)
 
     @cached_property
     def motion(self) -> Path:
