@@ -44,7 +44,7 @@ class StartingPoint(NamedTuple):
 
     Parameters
     ----------
-    responses : its steady responses, none without dynamics
+    responses : its steady responses, of which their ends count; none without dynamics
     forces : that wear there: contacts are felt as wide as these make them; None: they
         are found
     """
@@ -317,15 +317,15 @@ class WearState(NamedTuple):
     heat: HeatState | None = None
 
     @property
-    def _left(self) -> Responses:
-        """What the responses leave to a neighbour: a life keeps it of every state."""
-        return tuple(response.left for response in self.responses)
+    def _ends(self) -> Responses:
+        """The responses without their paths: a life keeps them of every state."""
+        return tuple(response.ends for response in self.responses)
 
     @property
     def start(self) -> StartingPoint:
         """What it leaves to a neighbouring state to start from."""
         forces = [kind.patch_force for state in self.conditions for kind in state.kind]
-        return StartingPoint(self._left, tuple(forces))
+        return StartingPoint(self._ends, tuple(forces))
 
     @property
     def start_alike(self) -> StartingPoint:
@@ -333,7 +333,7 @@ class WearState(NamedTuple):
         kinds = [kind for state in self.conditions for kind in state.kind]
         forces = tuple(kind.felt_by for kind in kinds if kind.felt_by is not None)
         as_wide = forces if len(forces) == len(kinds) else None
-        return StartingPoint(self._left, as_wide)
+        return StartingPoint(self._ends, as_wide)
 
     @property
     def conditions(self) -> "tuple[WearState, ...]":

@@ -199,10 +199,9 @@ class AccumulatedError:
 
     def add(self, step: Step, noise: float) -> None:
         """Count a step at whose end the rate has this standard error [m per cycle]."""
-        by_rates = step.size * max(self.noise, noise)
+        scatter = step.scatter(max(self.noise, noise))
         self.noise = noise
         self.total = self.total * step.growth + step.error
-        scatter = by_rates if step.scatter is None else step.scatter
         self.scatter = np.hypot(self.scatter * step.growth, scatter)
         self.largest.append(self._now())
 

@@ -47,8 +47,7 @@ class Step(NamedTuple):
     error : (n,) estimated local error, signed [m]
     growth : factor by which the step multiplies errors made before it, ≥ 1 [1]
     by : the method that took it, with which it can be taken again; None: none can
-    scatter : (n,) standard deviation of the wear, of a step that knows it [m]; None:
-        the noise of its rates tells it
+    holds : whether it held part of a rate that wavers
     """
 
     start: Node
@@ -57,12 +56,25 @@ class Step(NamedTuple):
     error: Array
     growth: float
     by: runge_kutta.Scheme | str | None = None
-    scatter: Array | None = None
+    holds: bool = False
 
     @property
     def size(self) -> float:
         """ΔN [1]."""
         return self.end.cycle - self.start.cycle
+
+    def scatter(self, noise: float) -> Array | float:
+        """Return the standard deviation of its wear, (n,) or everywhere alike [m].
+
+        Noise of a rate that it holds has moved its second pass by 1/√2 of that.
+
+        Parameters
+        ----------
+        noise : standard error of the rates at its ends [m per cycle]
+        """
+        if self.holds:
+            return np.asarray(np.sqrt(2.0) * np.abs(self.error))
+        return self.size * noise
 
 
 class Jump(NamedTuple):

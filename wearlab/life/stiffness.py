@@ -281,11 +281,13 @@ short steps."""
 PLANNED = 0.7
 """Share of the work left with which steps are planned; the rest is for rates that get
 dearer."""
-ROUGH_SHARES, MAX_HURRIED = (0.002, 0.02), 0.5
-"""Least and largest wear of a step over the depth reached, and where the work left pays
-for no shorter ones."""
+ROUGH_SHARES = 0.002, 0.02
+"""Least and largest wear of a step over the depth reached."""
 FIRST_ROUGH_SHARE = 0.005
-"""The same of the first step."""
+"""Wear of the first step over the depth reached."""
+MAX_HURRIED = 0.5
+"""Largest wear of a step over the depth reached where the work left pays for no shorter
+ones."""
 MOVED = 0.2
 """Error of a step over its wear for which it is as long as it should be."""
 CHANGE_OF_SHARE = 1.3
@@ -332,15 +334,8 @@ def held_step(
     end = Node(node.cycle + size, depth, np.maximum(0.0, still(depth) + added_there))
     error = depth - held
     secant = (depth - node.depth) / size
-    return Step(
-        node,
-        end,
-        (secant, secant),
-        error,
-        1.0,
-        None,
-        np.sqrt(2.0) * np.abs(error),
-    ), static_spectrum
+    step = Step(node, end, (secant, secant), error, 1.0, holds=True)
+    return step, static_spectrum
 
 
 class Work:

@@ -198,7 +198,7 @@ NO_TABLES = StageTables(
     error_rate=np.empty((0, 3, 0)),
     fluctuation=None,
 )
-"""Of no step."""
+"""Tables of no step."""
 
 
 def parabola(table: Array, step: Index, fraction: Array) -> Array:

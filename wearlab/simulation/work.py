@@ -58,10 +58,11 @@ def max_work(scene: Scene, parts: assembly.GearModel) -> float:
     if parts.vibration is None:
         return np.inf
     system = parts.vibration.system
-    work = units(system) / (1.0 if is_small(system) else MORE_IF_LARGE)
+    allowed = MAX_WORK if is_small(system) else MORE_IF_LARGE * MAX_WORK
+    work = units(system)
     if parts.vibration.hunting > MANY_PERIODS:
         work *= OUT_OF_CACHE
-    return MAX_WORK / work * more_work(USUAL, scene.numerics.tolerance)
+    return allowed / work * more_work(USUAL, scene.numerics.tolerance)
 
 
 def more_work(usual: float, tolerance: float) -> float:

@@ -174,11 +174,8 @@ class Periodic(OrbitSettings):
         if not shooting.small:
             averaged = min(averaged, AVERAGED_SETTLED if settled else AVERAGED_LARGE)
             longest = LONGEST_LARGE
-        transients = self.transients(shooting)
-        if settled:
-            transients = [transients[0] // 5 if shooting.small else TRANSIENT_SETTLED]
 
-        for count in transients:
+        for count in self.transients(shooting, settled):
             shooting.integrate(state, count)
             strobe, kept = shooting.integrate(
                 state, max(averaged, 2 * longest), averaged
@@ -215,7 +212,7 @@ class Periodic(OrbitSettings):
             return simple
         return None
 
-    def transients(self, shooting: Shooting) -> list[int]:
+    def transients(self, shooting: Shooting, settled: bool = False) -> list[int]:
         """Return the mesh periods to integrate between looks for a period.
 
         They add up to what a motion takes to die out: one transient, three more, and
@@ -228,9 +225,14 @@ class Periodic(OrbitSettings):
         Parameters
         ----------
         shooting : of the system
+        settled : whether it starts from a neighbour whose motion does not repeat
         """
         if not shooting.small:
-            return [min(self.transient, TRANSIENT_LARGE)]
+            longest = TRANSIENT_SETTLED if settled else TRANSIENT_LARGE
+            return [min(self.transient, longest)]
+        if settled:
+            return [self.transient // 5]
+
         planned = [self.transient, 3 * self.transient]
         settling = settling_periods(shooting.system, shooting.tables, shooting.period)
         settling = min(settling, MAX_STEPS / shooting.steps)

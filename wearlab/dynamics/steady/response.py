@@ -220,10 +220,10 @@ class Response:
         return np.asarray(self.state[-1, -1])
 
     @property
-    def left(self) -> "Response":
-        """What it leaves to a neighbour: its first and last state, and no tables."""
-        ends = np.stack([self.state[0, 0], self.state[-1, -1]])
-        return replace(self, state=ends[None], tables=NO_TABLES, between=None)
+    def ends(self) -> "Response":
+        """Its first and last state, no tables: what a neighbour starts from."""
+        states = np.stack([self.state[0, 0], self.state[-1, -1]])
+        return replace(self, state=states[None], tables=NO_TABLES, between=None)
 
     @cached_property
     def motion(self) -> Path:
