@@ -98,6 +98,23 @@ def test_an_error_has_its_drift_and_its_scatter_node_by_node():
     np.testing.assert_allclose(ordinary.scatter, 1e-9)
 
 
+def test_of_short_rough_steps_states_a_fiftieth_of_the_depth_apart_are_stored(quiet):
+    """Every accepted one before the rough stretch is among them, and the last; a life
+    that is not rough keeps all.
+    """
+    life = lived(0.2)
+    cycle, depth = life.updates()
+    smooth = 1 + [step.holds for step in life.steps].index(True)
+
+    assert len(life.cycle) > 2 * len(cycle)
+    assert np.array_equal(cycle[:smooth], life.cycle[:smooth])
+    assert cycle[-1] == life.cycle[-1]
+    well_within = depth[depth.max(axis=1) > 2.0 * DEEP][:-1]
+    share = np.diff(well_within, axis=0).max(axis=1) / well_within[1:].max(axis=1)
+    assert np.all((share >= 0.02) & (share < 0.05))
+    assert np.array_equal(quiet.updates()[0], quiet.cycle)
+
+
 def test_a_held_step_asks_for_one_dear_rate_and_is_stable_at_any_size():
     rate = Wavering(0.0)
     counted = []

@@ -47,6 +47,9 @@ AIM = 1.1
 TREND = 0.5
 """Share of the trend of the rate over the last step that is expected to go on: wear
 evens out."""
+STORED_SHARE = 0.02
+"""Wear between two stored states of a rough stretch, over the depth reached, where no
+snapshots are asked for: its steps may be ten times as short [1]."""
 MAX_TREND = 1.5
 """Largest factor by which the trend of the rate moves the expected crossing."""
 NEARLY, LAST_WORK = 0.98, 0.15
@@ -121,7 +124,8 @@ class Life(NamedTuple):
     def updates(self, only_snapshots: bool = False) -> tuple[Array, Array]:
         """Return the states to store: the first, the snapshots and the last.
 
-        Without snapshots all accepted.
+        Without snapshots all accepted, in rough stretches `STORED_SHARE` of the depth
+        apart.
 
         Parameters
         ----------
@@ -134,7 +138,8 @@ class Life(NamedTuple):
         depth : (u, n) [m]
         """
         if not len(self.snapshot_cycle) and not only_snapshots:
-            return self.cycle, self.depth
+            spread = self._spread_out()
+            return self.cycle[spread], self.depth[spread]
         inner = (self.snapshot_cycle > 0.0) & (self.snapshot_cycle < self.cycle[-1])
         cycle = np.concatenate(
             [self.cycle[:1], self.snapshot_cycle[inner], self.cycle[-1:]]
@@ -142,6 +147,23 @@ class Life(NamedTuple):
         return cycle, np.concatenate(
             [self.depth[:1], self.snapshot_depth[inner], self.depth[-1:]]
         )
+
+    def _spread_out(self) -> list[int]:
+        """Return the numbers of accepted states, fewer where steps are short and rough.
+
+        A state between two rough steps is left out where less than `STORED_SHARE` of
+        its depth has worn since the last one that is not.
+        """
+        last = len(self.cycle) - 1
+        kept = [0]
+        for number in range(1, last):
+            before, after = self.steps[number - 1 : number + 1]
+            is_rough = before.holds and after.holds
+            worn = float((self.depth[number] - self.depth[kept[-1]]).max())
+            is_close = worn < STORED_SHARE * float(self.depth[number].max())
+            if not (is_rough and is_close):
+                kept.append(number)
+        return [*kept, last] if last > 0 else kept
 
 
 def read_off(
