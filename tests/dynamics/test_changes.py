@@ -5,9 +5,9 @@ from benchmark_pair import BenchmarkPair
 from scipy.integrate import solve_ivp
 
 from wearlab.compiled import jit
-from wearlab.dynamics.integrators.contact_change import series_over
 from wearlab.dynamics.integrators.kernel import kernel_of
 from wearlab.dynamics.integrators.mesh_law import THIS, fill_load_inputs
+from wearlab.dynamics.integrators.power_series import series_over
 from wearlab.dynamics.steady.integrate import OnTables
 from wearlab.dynamics.system import System
 

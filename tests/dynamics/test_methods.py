@@ -14,9 +14,9 @@ from wearlab.dynamics.methods import IntegrationMethod
 from wearlab.dynamics.methods.newmark import Newmark
 from wearlab.dynamics.methods.rk4 import RungeKutta4
 from wearlab.dynamics.methods.rk45 import RungeKutta45
-from wearlab.dynamics.steady.integrate import remaining_change
 from wearlab.dynamics.steady.periodic import Periodic
 from wearlab.dynamics.steady.response import deflection_at
+from wearlab.dynamics.steady.until_steady import remaining_change
 
 PAIR = BenchmarkPair()
 SEPARATING = PAIR._replace(amplitude=6e-6)

@@ -9,7 +9,7 @@ from scipy.optimize import brentq
 from wearlab.mesh.body import body_coupling
 from wearlab.mesh.contact import MIN_CONTACT_LOAD_SHARE, ContactAnalysis
 from wearlab.mesh.profile import lookup, profile_grid
-from wearlab.mesh.series import InSeries, tooth_flexibility
+from wearlab.mesh.series import InSeries
 from wearlab.mesh.stiffness import (
     ConstantContact,
     GivenStiffness,
@@ -19,6 +19,7 @@ from wearlab.mesh.stiffness import (
     constant,
     yang_sun,
 )
+from wearlab.mesh.tooth import tooth_flexibility
 
 LOAD = 4824.0
 

@@ -13,8 +13,8 @@ from wearlab.gears.pairs import gear_pair
 from wearlab.gears.specification import Basics, GearSpec
 from wearlab.mesh import body, profile
 from wearlab.mesh.load_direction import worn_line
-from wearlab.mesh.series import tooth_compliance, tooth_flexibility
 from wearlab.mesh.stiffnesses.potential_energy import PotentialEnergyStiffness
+from wearlab.mesh.tooth import tooth_compliance, tooth_flexibility
 
 DEPTH = 100e-6
 

@@ -29,8 +29,8 @@ from wearlab.mesh.body import (
     mode_compliance,
     sainsot_coefficients,
 )
-from wearlab.mesh.series import tooth_compliance, tooth_flexibility
 from wearlab.mesh.stiffness import WeberContact, yang_sun
+from wearlab.mesh.tooth import tooth_compliance, tooth_flexibility
 
 
 def y23(driving="pinion", **ring):

@@ -14,8 +14,8 @@ from scipy.integrate import quad
 from wearlab.gears.outline import involute_point, load_angle, root_half_angle
 from wearlab.gears.pairs import gear_pair
 from wearlab.gears.specification import Basics, GearSpec
-from wearlab.mesh.series import ToothFlexibility, tooth_compliance, tooth_flexibility
 from wearlab.mesh.stiffness import yang_sun
+from wearlab.mesh.tooth import ToothFlexibility, tooth_compliance, tooth_flexibility
 
 RADIAL = {"root_diameter": 0.140, "bore_diameter": 0.040}
 

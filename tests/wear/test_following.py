@@ -14,8 +14,9 @@ from wearlab.life.coupled import StartingPoint
 from wearlab.life.history import FOLLOWED_WITHIN, History, Widths
 from wearlab.simulation.dataset.validity import _width_flags
 from wearlab.simulation.operating import operating_conditions
+from wearlab.wear.ahead import Ahead
 from wearlab.wear.law import wear_rate
-from wearlab.wear.levelling import Ahead, levelling
+from wearlab.wear.levelling import levelling
 from wearlab.wear.patch import spread_matrix, two_way
 from wearlab.wear.widths import (
     NARROWEST,

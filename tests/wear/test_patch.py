@@ -13,19 +13,9 @@ from scipy.special import eval_chebyt, jv
 
 from wearlab.assembly import build
 from wearlab.campaign import load
-from wearlab.wear.levelling import (
-    FIRST_ORDER,
-    Ahead,
-    _slopes,
-    coefficients,
-    elastic,
-    levelling,
-    looking_ahead,
-    max_orders,
-    shift,
-    squares,
-    windows,
-)
+from wearlab.wear.ahead import Ahead, looking_ahead
+from wearlab.wear.elastic import elastic
+from wearlab.wear.levelling import _slopes, levelling, shift
 from wearlab.wear.patch import (
     KEPT,
     MAX_NODES,
@@ -37,6 +27,7 @@ from wearlab.wear.patch import (
     two_way,
 )
 from wearlab.wear.path import contact_half_width
+from wearlab.wear.squares import FIRST_ORDER, coefficients, max_orders, squares, windows
 from wearlab.wear.widths import node_forces
 
 K = 1e-16

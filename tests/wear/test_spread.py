@@ -7,8 +7,8 @@ from made_path import path_of
 from scipy.integrate import quad
 
 from wearlab.gears.specification import GearError
-from wearlab.wear.levelling import bytes_of_squares, squares
 from wearlab.wear.patch import MAX_BYTES, cell_edges, spreading
+from wearlab.wear.squares import bytes_of_squares, squares
 
 
 @pytest.fixture

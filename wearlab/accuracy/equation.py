@@ -18,7 +18,7 @@ import numpy as np
 from wearlab.arrays import Array, Index
 from wearlab.compiled import jit, jit_inner
 from wearlab.dynamics.system import System
-from wearlab.life.coupled import Vibration
+from wearlab.life.vibration import Vibration
 from wearlab.mesh import clock, excitation, stages
 
 DEGREE = 4

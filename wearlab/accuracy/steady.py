@@ -10,7 +10,7 @@ from wearlab.assembly import GearModel, build
 from wearlab.assembly.on_clock import build_friction
 from wearlab.dynamics.steady.response import Response
 from wearlab.dynamics.system import System
-from wearlab.life.coupled import Vibration
+from wearlab.life.vibration import Vibration
 from wearlab.mesh import excitation, stages
 from wearlab.mesh.force import Deflections
 from wearlab.scene import Scene

@@ -13,10 +13,11 @@ from wearlab.assembly.kinds import MeshKindModel
 from wearlab.assembly.long_periods import fluctuation
 from wearlab.assembly.on_clock import OnClock
 from wearlab.dynamics.steady.response import dashpot_of
-from wearlab.life.coupled import Vibration, WearState
+from wearlab.life.coupled import WearState
 from wearlab.life.coupling import Coupling
 from wearlab.life.face_coupling import FaceCoupling
 from wearlab.life.thermal_coupling import ThermalCoupling
+from wearlab.life.vibration import Vibration
 from wearlab.mesh import clock, force, gear_set, profile, stages
 from wearlab.scene import Scene, summary
 

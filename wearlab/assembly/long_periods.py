@@ -11,7 +11,7 @@ from wearlab.arrays import Array
 from wearlab.assembly import memory
 from wearlab.dynamics import system
 from wearlab.gears import specification
-from wearlab.life.coupled import hunting_grid
+from wearlab.life.vibration import hunting_grid
 from wearlab.mesh import gear_set, stages
 from wearlab.mesh.clock import Mesh
 from wearlab.scene import Scene, operation

@@ -20,7 +20,7 @@ from wearlab.dynamics.integrators import kernel
 from wearlab.dynamics.models import InMotion
 from wearlab.dynamics.steady.periodic import Periodic
 from wearlab.gears import specification
-from wearlab.life.coupled import Vibration
+from wearlab.life.vibration import Vibration
 from wearlab.mesh import gear_set
 from wearlab.mesh.damping_laws import MeshesInOperation
 from wearlab.scene import Scene

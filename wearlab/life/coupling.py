@@ -19,13 +19,13 @@ from wearlab.life.coupled import (
     MeshKind,
     OneCondition,
     PatchForces,
-    Responses,
     StartingPoint,
     Wear,
     WearState,
 )
 from wearlab.life.loads.static import static_forces
 from wearlab.life.planets import PlanetsApart
+from wearlab.life.vibration import Responses
 from wearlab.mesh import contact, excitation, stiffness
 from wearlab.mesh.force import Deflections, flank_forces
 from wearlab.wear.beyond import ContactsBeyond

@@ -14,6 +14,7 @@ Plane stress, as Sainsot's polynomials are: a single tooth then agrees with them
 1.5).
 """
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -52,6 +53,10 @@ class ForceLine(NamedTuple):
 
     angle: Array
     lever: Array
+
+
+Foundation = Callable[[Gear, ForceLine], Array]
+"""Compliance of a wheel body along lines of force (n,), (n,) [m/N]."""
 
 
 def line_of_action(gear: Gear, radius: ArrayLike) -> ForceLine:

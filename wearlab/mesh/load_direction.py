@@ -24,7 +24,7 @@ from wearlab.arrays import Array
 from wearlab.gears.gear import Gear, GearPair
 from wearlab.gears.outline import load_angle
 from wearlab.mesh import series
-from wearlab.mesh.body import ForceLine
+from wearlab.mesh.body import ForceLine, Foundation
 from wearlab.mesh.exact.flank import smooth_runs
 from wearlab.mesh.profile import ProfileGrid
 
@@ -78,7 +78,7 @@ class AlongWornNormals(series.InSeries):
 
     pair: GearPair
     grid: ProfileGrid
-    foundation: series.Foundation
+    foundation: Foundation
     correction: tuple[float, float]
     sharing: series.Sharing
 

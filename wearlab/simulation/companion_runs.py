@@ -26,7 +26,8 @@ from wearlab.arrays import Array, Index
 from wearlab.dynamics.forces import mesh_forces
 from wearlab.gears.specification import GearError
 from wearlab.life import history, limits
-from wearlab.life.coupled import Coupled, Responses, StartingPoint, Wear, WearState
+from wearlab.life.coupled import Coupled, StartingPoint, Wear, WearState
+from wearlab.life.vibration import Responses
 from wearlab.mesh import clock, profile
 from wearlab.simulation.dataset import bearings
 

@@ -26,17 +26,12 @@ import numpy as np
 from scipy.sparse import csr_array, eye_array
 
 from wearlab.arrays import Array
+from wearlab.wear.ahead import Ahead
 from wearlab.wear.law import PreparedLaw, wear_rate
-from wearlab.wear.levelling import (
-    Ahead,
-    Levelling,
-    Shift,
-    bytes_of_squares,
-    levelling,
-    shift,
-)
+from wearlab.wear.levelling import Levelling, Shift, levelling, shift
 from wearlab.wear.patch import MAX_BYTES, PatchSetting, TwoWay, remembered, two_way
 from wearlab.wear.path import WearPath
+from wearlab.wear.squares import bytes_of_squares
 from wearlab.wear.widths import (
     WIDEST,
     NodeForces,

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from wearlab.compiled import jit, jit_inner
-from wearlab.dynamics.integrators import contact_change, mesh_law, rk4
+from wearlab.dynamics.integrators import mesh_law, power_series, rk4
 from wearlab.dynamics.integrators.kernel import TERMS, copy
 from wearlab.dynamics.integrators.mesh_law import (
     DAMPING,
@@ -326,14 +326,14 @@ def step_in_parts(
         terms = 0
         for _ in range(MAX_CORRECTIONS):
             fill_tangents_of_step(damping, flanks, step, a, end)
-            terms = contact_change.series_over(series, held, mesh, inputs, h, state)
+            terms = power_series.series_over(series, held, mesh, inputs, h, state)
             _take_motion_from_series(motion, series.sensed, terms, h)
 
-        too_long = terms == TERMS and part > contact_change.SHORTEST
-        if too_long and contact_change.diverges(series.terms):
+        too_long = terms == TERMS and part > power_series.SHORTEST
+        if too_long and power_series.diverges(series.terms):
             part *= 0.5
             continue
-        contact_change.write_state_at(series.terms, terms, 1.0, h, state)
+        power_series.write_state_at(series.terms, terms, 1.0, h, state)
         a = end
         count = count + 1
     return count
@@ -344,7 +344,7 @@ def _take_motion_from_series(motion: Any, sensed: Any, terms: int, h: float) -> 
     """Take the motion of the meshes in the middle and at the end from the series."""
     for stage in range(1, 3):
         for m in range(motion.shape[1]):
-            place, rise = contact_change.horner(sensed[:, m, 0], terms, 0.5 * stage)
+            place, rise = power_series.horner(sensed[:, m, 0], terms, 0.5 * stage)
             motion[stage, m, 0] = place
             motion[stage, m, 1] = rise / h
 

@@ -5,15 +5,15 @@ A file defines one class with ``at_tolerance(tolerance)`` and
 `periodic` finds the orbit itself. The others are methods of the papers: they integrate
 the equation of motion until it is steady and do not follow changes of contact, but for
 `rk4`, which locates them. Such an integrator derives from
-`wearlab.dynamics.steady.integrate.UntilSteady` and says one step.
+`wearlab.dynamics.steady.until_steady.UntilSteady` and says one step.
 """
 
 from importlib import import_module
 from types import ModuleType
 from typing import ClassVar, Protocol, Self
 
-from wearlab.dynamics.steady.integrate import StabilityLimit
 from wearlab.dynamics.steady.response import Response
+from wearlab.dynamics.steady.until_steady import StabilityLimit
 from wearlab.dynamics.system import System
 from wearlab.mesh.stages import StageTables
 

@@ -13,7 +13,7 @@ from wearlab.compiled import jit_inner
 from wearlab.dynamics.integrators import mesh_law, rk4
 from wearlab.dynamics.integrators.instant import acceleration, set_instant
 from wearlab.dynamics.integrators.kernel import write
-from wearlab.dynamics.steady.integrate import UntilSteady
+from wearlab.dynamics.steady.until_steady import UntilSteady
 from wearlab.dynamics.system import System
 from wearlab.mesh.stages import StageTables
 

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from wearlab.dynamics.integrators.kernel import Dense
-from wearlab.dynamics.steady.integrate import (
+from wearlab.dynamics.steady.until_steady import (
     STABILITY_OF_RK4,
     StabilityLimit,
     UntilSteady,

@@ -10,7 +10,7 @@ from wearlab.arrays import Array
 from wearlab.compiled import jit_inner
 from wearlab.dynamics.integrators.instant import acceleration
 from wearlab.dynamics.integrators.kernel import write
-from wearlab.dynamics.steady.integrate import UntilSteady
+from wearlab.dynamics.steady.until_steady import UntilSteady
 from wearlab.dynamics.system import System
 from wearlab.mesh.stages import StageTables
 
@@ -38,7 +38,7 @@ class RungeKutta45(UntilSteady):
     ----------
     relative, absolute : error allowed per step: relative, and of positions [m]
     tolerance, max_periods, longest, averaged : see
-        `wearlab.dynamics.steady.integrate.UntilSteady`
+        `wearlab.dynamics.steady.until_steady.UntilSteady`
     """
 
     relative: float = 1e-7

@@ -13,10 +13,10 @@ from typing import NamedTuple
 import numpy as np
 
 from wearlab.arrays import Array
-from wearlab.dynamics.steady.integrate import change_over
 from wearlab.dynamics.steady.periodic import Periodic, periods_of
 from wearlab.dynamics.steady.response import Response
 from wearlab.dynamics.steady.shooting import Shooting
+from wearlab.dynamics.steady.until_steady import change_over
 from wearlab.dynamics.system import System
 from wearlab.mesh.stages import StageTables
 

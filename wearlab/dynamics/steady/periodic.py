@@ -11,16 +11,15 @@ import numpy as np
 
 from wearlab.arrays import Array
 from wearlab.dynamics.integrators.count import settling_periods
-from wearlab.dynamics.steady.integrate import (
-    LOCATED,
-    PERMANENT,
+from wearlab.dynamics.steady.integrate import LOCATED, PERMANENT
+from wearlab.dynamics.steady.response import Response
+from wearlab.dynamics.steady.shooting import OrbitSettings, Shooting
+from wearlab.dynamics.steady.until_steady import (
     STABILITY_OF_RK4,
     StabilityLimit,
     change_over,
     in_one_unit,
 )
-from wearlab.dynamics.steady.response import Response
-from wearlab.dynamics.steady.shooting import OrbitSettings, Shooting
 from wearlab.dynamics.system import System
 from wearlab.gears.specification import GearError
 from wearlab.mesh.stages import StageTables

@@ -19,7 +19,6 @@ from wearlab.dynamics.steady.integrate import (
     PERMANENT,
     OnTables,
     under_one_load,
-    unit_of_speed,
 )
 from wearlab.dynamics.steady.response import (
     Counts,
@@ -27,6 +26,7 @@ from wearlab.dynamics.steady.response import (
     Verdict,
     split_periods,
 )
+from wearlab.dynamics.steady.until_steady import unit_of_speed
 from wearlab.dynamics.system import System
 from wearlab.mesh.stages import StageTables
 

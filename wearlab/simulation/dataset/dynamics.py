@@ -14,6 +14,7 @@ from wearlab.dynamics.forces import energy, mesh_forces
 from wearlab.dynamics.steady.response import Response
 from wearlab.life import coupled, history
 from wearlab.life.loads.equivalent import equivalent_force
+from wearlab.life.vibration import Vibration
 from wearlab.mesh import clock, excitation, force, harmonics, stages
 from wearlab.simulation import label
 from wearlab.simulation.dataset import bearings, monitoring
@@ -168,7 +169,7 @@ def _moments_of_sections(
     return {section: np.concatenate(parts) for section, parts in of_sections.items()}
 
 
-def _multipliers(vibration: coupled.Vibration, response: Response) -> Array:
+def _multipliers(vibration: Vibration, response: Response) -> Array:
     """Return real and imaginary parts of the Floquet multipliers, padded with NaN."""
     multipliers = np.full((2 * len(vibration.system.coordinates), 2), np.nan)
     complex_values = response.multipliers
@@ -319,7 +320,7 @@ def mean_moments(
     return np.array(means)
 
 
-def transmission_error(vibration: coupled.Vibration, position: Array) -> Array:
+def transmission_error(vibration: Vibration, position: Array) -> Array:
     """Return r_b1 θ1 − r_b2 θ2 of every mesh, (n_periods, n_mesh, n_phases) [m].
 
     What the rotations alone do along each line of action; in a planetary set those

@@ -22,6 +22,7 @@ from wearlab.arrays import Array, Complex, Index
 from wearlab.dynamics.forces import mesh_forces
 from wearlab.dynamics.steady.response import Response, step_of
 from wearlab.life import coupled
+from wearlab.life.vibration import Vibration
 from wearlab.mesh import clock, stages
 from wearlab.simulation.label import Values, ratio
 
@@ -102,9 +103,7 @@ class _Nodes(NamedTuple):
     weight: Array
 
 
-def spectrum_lines(
-    vibration: coupled.Vibration, states: Sequence[coupled.WearState]
-) -> Array:
+def spectrum_lines(vibration: Vibration, states: Sequence[coupled.WearState]) -> Array:
     """Return the orders of all lines of the spectra, (n_lines,) [1].
 
     They are the lines of the longest common period of all responses.
@@ -165,13 +164,13 @@ def requested_values(
 
 
 def _acceleration(
-    vibration: coupled.Vibration, response: Response, instants: clock.Instants
+    vibration: Vibration, response: Response, instants: clock.Instants
 ) -> Array:
     """Return the relative acceleration of the meshes, (n_periods, n_mesh, n) [m/s²]."""
     return vibration.read(mesh_forces.mesh_acceleration_at, response, instants)
 
 
-def _nodes(vibration: coupled.Vibration, lines: Array) -> _Nodes:
+def _nodes(vibration: Vibration, lines: Array) -> _Nodes:
     """Return nodes of a mean, as many within a step as the highest line asks for."""
     grid = vibration.sampling.grid
     turn = 2.0 * np.pi * float(lines[-1]) * float(grid.width.max())
@@ -180,9 +179,7 @@ def _nodes(vibration: coupled.Vibration, lines: Array) -> _Nodes:
     return _Nodes(clock.Instants(phase, segment), weight)
 
 
-def carried_order(
-    vibration: coupled.Vibration, response: Response, lines: Array
-) -> float:
+def carried_order(vibration: Vibration, response: Response, lines: Array) -> float:
     """Return the mesh order up to which the steps carry a spectrum, inf: all lines [1].
 
     On a periodic response every line of the acceleration is ``−(2π order/T)²`` times

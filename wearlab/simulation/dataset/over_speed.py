@@ -10,6 +10,7 @@ from wearlab.dynamics.forces.mesh_forces import extremes
 from wearlab.dynamics.steady import continuation, periodic
 from wearlab.dynamics.steady.response import dashpot_of
 from wearlab.life import coupled
+from wearlab.life.vibration import Vibration
 from wearlab.mesh import force
 from wearlab.simulation import label
 from wearlab.simulation.dataset.dynamics import transmission_error
@@ -114,7 +115,7 @@ def _follow(
 
 def at_speed(
     model: assembly.GearModel, state: coupled.WearState, speed: float
-) -> coupled.Vibration:
+) -> Vibration:
     """Return the dynamics at a speed, with steps by the rule for that speed.
 
     Parameters
@@ -173,7 +174,7 @@ def _read_off(
 def _elastic_force(
     model: assembly.GearModel,
     state: coupled.WearState,
-    vibration: coupled.Vibration,
+    vibration: Vibration,
     point: continuation.ResponseAtSpeed,
     phases: Array,
 ) -> Array:
@@ -188,7 +189,7 @@ def _elastic_force(
 
 
 def _strobe(
-    vibration: coupled.Vibration, point: continuation.ResponseAtSpeed
+    vibration: Vibration, point: continuation.ResponseAtSpeed
 ) -> tuple[Array, Array]:
     """Return deflection [m] and its rate [m/s] at phase 0 of the sampled periods."""
     direction = vibration.system.direction[0]

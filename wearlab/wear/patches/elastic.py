@@ -20,8 +20,8 @@ class ElasticPatch(PatchModel):
 
         Where nothing wears on, what is worn is felt all the same.
         """
-        from wearlab.wear.levelling import require_memory
         from wearlab.wear.patch import require_narrow, two_way
+        from wearlab.wear.squares import require_memory
 
         half_width = setting.half_width
         if setting.law is None or not setting.reference.any():
@@ -33,6 +33,6 @@ class ElasticPatch(PatchModel):
 
     def of_law(self, setting: "PatchSetting", law: "PreparedLaw") -> "Patch":
         """Return the patch of flanks that wear by a law."""
-        from wearlab.wear.levelling import LazyElastic
+        from wearlab.wear.elastic import LazyElastic
 
         return LazyElastic(setting, law)
