@@ -7,7 +7,7 @@ from wearlab.life import stiffness
 from wearlab.life.integrate import AccumulatedError, integrate
 from wearlab.life.limits import CountedRate, Limits
 from wearlab.life.step import Node, Step
-from wearlab.life.stiffness import StaticSpectrum, Work, held_step
+from wearlab.life.stiffness import Work, held_step
 
 DEPTH, DEEP, RATE = 4e-4, 1e-4, 1e-11
 RELAXES = 5e-6
@@ -125,29 +125,11 @@ def test_a_held_step_asks_for_one_dear_rate_and_is_stable_at_any_size():
 
     start = np.linspace(0.0, 2e-6, 30)
     node = Node(0.0, start, rate(start))
-    radius = StaticSpectrum(1e-9).at(rate.still, start).radius
-    step = held_step(dear, rate.still, node, 1e7, radius)
+    step, spectrum = held_step(dear, rate.still, node, 1e7, np.empty(0), 1e-9)
     assert len(counted) == 1
-    assert radius == pytest.approx(RATE / RELAXES, rel=0.05)
-    assert step.size * radius > 15.0
+    assert spectrum.radius == pytest.approx(RATE / RELAXES, rel=0.05)
+    assert step.size * spectrum.radius > 15.0
     assert np.ptp(step.end.depth) < RELAXES
-
-
-def test_the_static_spectrum_is_looked_at_where_a_fiftieth_of_the_depth_has_worn():
-    seen = StaticSpectrum(1e-9)
-    asked = []
-
-    def still(h):
-        asked.append(h)
-        return Wavering(0.0).still(h)
-
-    start = np.linspace(0.0, 1e-6, 30)
-    first = seen.at(still, start)
-    looked = len(asked)
-    assert seen.at(still, 1.01 * start) is first and len(asked) == looked
-    again = seen.at(still, 1.03 * start)
-    assert again is not first and len(asked) > looked
-    assert again.radius == pytest.approx(RATE / RELAXES, rel=0.05)
 
 
 def test_held_steps_converge_in_second_order_and_tell_more_than_their_error():
@@ -157,8 +139,7 @@ def test_held_steps_converge_in_second_order_and_tell_more_than_their_error():
         node = Node(0.0, np.zeros(30), rate(np.zeros(30)))
         errors = np.zeros(30)
         for _ in range(steps):
-            radius = StaticSpectrum(1e-9).at(rate.still, node.depth).radius
-            step = held_step(rate, rate.still, node, 2e6 / steps, radius)
+            step, _ = held_step(rate, rate.still, node, 2e6 / steps, np.empty(0), 1e-9)
             node = step.end
             errors = errors + step.error
         return node.depth, errors

@@ -40,7 +40,6 @@ from wearlab.life.step import (
 )
 from wearlab.life.stiffness import (
     KnownSpectrum,
-    StaticSpectrum,
     Work,
     cycles_of_rough_step,
     held_step,
@@ -170,7 +169,6 @@ class AdaptiveStepper(Stepper):
         self.scale = scale
         self.heard = HEARD * tolerance * node.fastest
         self.known = KnownSpectrum(scale, self.heard)
-        self.static_spectrum = StaticSpectrum(self.known.amplitude)
         self.work = Work(rate, node, scale)
         self.next_size = np.inf
         self.stiff_size = np.inf
@@ -307,8 +305,10 @@ class AdaptiveStepper(Stepper):
         affordable, short_of_work = self.work.affordable(self.rate, node, left)
         self.hurried = self.hurried or short_of_work
         self.trying = self.next_size = size = min(self._even(affordable, left), left)
-        self.known.spectrum = self.static_spectrum.at(still, node.depth)
-        step = held_step(self.rate, still, node, size, self.known.spectrum.radius)
+        direction = self.known.spectrum.direction
+        step, self.known.spectrum = held_step(
+            self.rate, still, node, size, direction, self.known.amplitude
+        )
         self.work.learn(step)
         self.known.looked = True
         self.max_size = np.inf

@@ -290,57 +290,27 @@ MAX_HURRIED = 0.5
 ones."""
 MOVED = 0.2
 """Error of a step over its wear for which it is as long as it should be."""
-SEEN_SHARE = 0.02
-"""Wear over the depth after which the static spectrum is looked at anew."""
 CHANGE_OF_SHARE = 1.3
 """Largest factor from one share to the next, and the other way."""
 
 
-class StaticSpectrum:
-    """The spectrum of the static rate, looked at anew as the flanks wear.
-
-    Parameters
-    ----------
-    amplitude : of the probe [m]
-    """
-
-    def __init__(self, amplitude: float) -> None:
-        self.amplitude = amplitude
-        self.seen = NOTHING_KNOWN
-        self.seen_at = -inf
-
-    def at(self, still: Rate, depth: Array) -> Spectrum:
-        """Return it at a state, (n,) [m]: the last one seen if that is near.
-
-        Parameters
-        ----------
-        still : r₀(h) [m per cycle]
-        depth : (n,) [m]
-        """
-        deepest = float(depth.max(initial=0.0))
-        if deepest - self.seen_at >= SEEN_SHARE * deepest:
-            direction = self.seen.direction
-            if direction.size != depth.size:
-                direction = random_direction(still(depth))
-            self.seen = spectrum(still, depth, direction, amplitude=self.amplitude)
-            self.seen_at = deepest
-        return self.seen
-
-
 def held_step(
-    rate: Rate, still: Rate, node: Node, size: float, static_radius: float
-) -> Step:
-    """Return a step of ``size`` cycles.
+    rate: Rate, still: Rate, node: Node, size: float, direction: Array, amplitude: float
+) -> tuple[Step, Spectrum]:
+    """Return a step of ``size`` cycles and the spectrum of the static rate.
 
     Parameters
     ----------
     rate, still : r(h), r₀(h) [m per cycle]
     node : the start
     size : ΔN [1]
-    static_radius : spectral radius of ∂r₀/∂h there [1/cycle]
+    direction : (n,) of the last spectrum of r₀, any other size: none is known
+    amplitude : of the probe for the spectrum [m]
     """
     first = still(node.depth)
-    scheme = runge_kutta.stages_for(size * RADIUS_SAFETY * static_radius)
+    direction = direction if direction.size == first.size else random_direction(first)
+    static_spectrum = spectrum(still, node.depth, direction, amplitude=amplitude)
+    scheme = runge_kutta.stages_for(size * RADIUS_SAFETY * static_spectrum.radius)
     added = node.rate - first
 
     def reached(added_there: Array) -> Array:
@@ -364,7 +334,8 @@ def held_step(
     end = Node(node.cycle + size, depth, np.maximum(0.0, still(depth) + added_there))
     error = depth - held
     secant = (depth - node.depth) / size
-    return Step(node, end, (secant, secant), error, 1.0, holds=True)
+    step = Step(node, end, (secant, secant), error, 1.0, holds=True)
+    return step, static_spectrum
 
 
 class Work:
