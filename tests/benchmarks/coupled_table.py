@@ -47,6 +47,7 @@ LIVES = (
     Figure(12, "planetary_speed", "speed", "rpm", "w23_fig12.csv"),
 )
 FORCES, LAWS = "planetary_excitation", "planetary_damping_laws"
+OUTLINES = "planetary_exact_contact"
 LIGHT_DEPTHS = (100e-6, 300e-6)
 WANTED = (
     "life",
@@ -120,6 +121,28 @@ def rows(store: Any, figure: Figure) -> Iterator[str]:
                 f"| {kind}, {told} | {1e16 * np.nanmean(k):.3f} | {choices(scene)} | "
                 f"{' | '.join(cells)} |"
             )
+    yield row_by_outlines(store, figure)
+
+
+def row_by_outlines(store: Any, figure: Figure) -> str:
+    """Return the coupled lives of a figure by contact of whole outlines, where some
+    have been run.
+    """
+    campaign = load(TOP / "campaigns" / f"{OUTLINES}.toml")
+    labels = {case.scene.id: case.label for case in campaign.cases}
+    runs = store.open(campaign)[list(WANTED)]
+    cells = []
+    for case in load(TOP / "campaigns" / f"{figure.campaign}.toml").cases:
+        if case.label != "base":
+            continue
+        scene = case.scene.replace("mesh.contact", "exact")
+        label = labels.get(scene.id)
+        cells += ["–" if label is None else cell(runs.sel(case=label))]
+    k = np.nanmean(runs.calibrated_wear_coefficient)
+    return (
+        f"| coupled, whole outlines | {1e16 * k:.3f} | {choices(scene)} | "
+        f"{' | '.join(cells)} |"
+    )
 
 
 def forces(store: Any) -> Iterator[str]:
