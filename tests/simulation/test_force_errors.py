@@ -114,7 +114,7 @@ def test_a_misread_table_is_seen(
 ) -> None:
     """Parabolas over few steps miss the ramp of the table, and the twin's more so."""
     scene, truth = table
-    monkeypatch.setattr("wearlab.life.coupled.Between", lambda *given: None)
+    monkeypatch.setattr("wearlab.life.vibration.Between", lambda *given: None)
     run = simulate(scene)
     missed = abs(float(run.mesh_force_max[-1, 0]) - truth)
     assert 1e-5 * truth < missed <= float(run.error_estimate_mesh_force_max[-1])
