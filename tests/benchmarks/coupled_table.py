@@ -131,16 +131,18 @@ def row_by_outlines(store: Any, figure: Figure) -> str:
     campaign = load(TOP / "campaigns" / f"{OUTLINES}.toml")
     labels = {case.scene.id: case.label for case in campaign.cases}
     runs = store.open(campaign)[list(WANTED)]
-    cells = []
-    for case in load(TOP / "campaigns" / f"{figure.campaign}.toml").cases:
-        if case.label != "base":
-            continue
-        scene = case.scene.replace("mesh.contact", "exact")
-        label = labels.get(scene.id)
-        cells += ["–" if label is None else cell(runs.sel(case=label))]
-    k = np.nanmean(runs.calibrated_wear_coefficient)
+    swept = load(TOP / "campaigns" / f"{figure.campaign}.toml").cases
+    scenes = [
+        case.scene.replace("mesh.contact", "exact")
+        for case in swept
+        if case.label == "base"
+    ]
+    found = [labels.get(scene.id) for scene in scenes]
+    of = runs.sel(case=[label for label in found if label is not None])
+    k = np.nanmean(of.calibrated_wear_coefficient.values)
+    cells = ["–" if label is None else cell(of.sel(case=label)) for label in found]
     return (
-        f"| coupled, whole outlines | {1e16 * k:.3f} | {choices(scene)} | "
+        f"| coupled, whole outlines | {1e16 * k:.3f} | {choices(scenes[0])} | "
         f"{' | '.join(cells)} |"
     )
 

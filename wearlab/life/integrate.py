@@ -47,11 +47,11 @@ AIM = 1.1
 TREND = 0.5
 """Share of the trend of the rate over the last step that is expected to go on: wear
 evens out."""
+MAX_TREND = 1.5
+"""Largest factor by which the trend of the rate moves the expected crossing."""
 STORED_SHARE = 0.02
 """Wear between two stored states of a rough stretch, over the depth reached, where no
 snapshots are asked for: its steps may be ten times as short [1]."""
-MAX_TREND = 1.5
-"""Largest factor by which the trend of the rate moves the expected crossing."""
 NEARLY, LAST_WORK = 0.98, 0.15
 """Share of its depth limit from which a life that is out of work gets some more, and
 how much of all of it: steps through noise near their end before they reach it."""

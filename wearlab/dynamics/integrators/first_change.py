@@ -240,7 +240,7 @@ def _push_differs(
     middle, last : d·q [m] and its change over the part [m] then
     """
     law = flanks.scratch.law[0, :, m, p]
-    sign = 1.0 if flanks.scratch.pushes[m, p] else -1.0
+    sign = _sign_of_push(flanks, m, p)
     in_middle = mesh_law.normal_force(law[1], middle[0], middle[1] / h)
     at_end = mesh_law.normal_force(law[2], last[0], last[1] / h)
     return bool(sign * in_middle < 0.0 or sign * at_end < 0.0)
@@ -254,6 +254,12 @@ def _sign_of_touch(flanks: Any, m: int, p: int) -> float:
     """
     touches = flanks.scratch.touch[m, p]
     return 1.0 if touches == (p < len(flanks.meshes.pairs)) else -1.0
+
+
+@jit_inner(counted=False, inline=True)
+def _sign_of_push(flanks: Any, m: int, p: int) -> float:
+    """Return 1 where the normal force is positive until contact changes, else −1."""
+    return 1.0 if flanks.scratch.pushes[m, p] else -1.0
 
 
 @jit_inner(counted=False, inline=True)
@@ -292,7 +298,7 @@ def _course_of_push(
 ) -> None:
     """Write how far a pair that touches is from beginning or ceasing to push."""
     law = flanks.scratch.law[0, :, m, p]
-    sign = 1.0 if flanks.scratch.pushes[m, p] else -1.0
+    sign = _sign_of_push(flanks, m, p)
     k = parabola(law[0, STIFFNESS], law[1, STIFFNESS], law[2, STIFFNESS])
     b = parabola(law[0, DAMPING], law[1, DAMPING], law[2, DAMPING])
     offset = parabola(law[0, OFFSET], law[1, OFFSET], law[2, OFFSET])
